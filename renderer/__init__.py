@@ -1,0 +1,1 @@
+"""Millpond's renderer: reflective and refractive water, drawn without a display."""

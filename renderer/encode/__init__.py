@@ -1,0 +1,1 @@
+"""What comes out: images, movies and contact sheets as files."""

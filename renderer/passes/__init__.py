@@ -1,0 +1,1 @@
+"""The passes that a frame is drawn with."""

@@ -1,0 +1,114 @@
+"""The reflection and refraction maps. This pass knows only ``MapSpec``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from renderer.camera import Camera, Matrix, look_at, rotation_from_angles
+from renderer.gpu.target import Target
+from renderer.passes.view import NO_CLIP, Look
+from renderer.water.technique import MapSpec
+
+EPSILON = 1e-3
+"""Metres: an eye nearer than this to the plane counts as this far from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnMap:
+    """A map, and the projection by which it is read."""
+
+    target: Target
+    clip_from_world: Matrix
+
+
+Paint = Callable[[Target, Look, MapSpec], None]
+"""Draws the world into a target as a map wants it."""
+
+
+def map_look(spec: MapSpec, camera: Camera, level: float) -> Look:
+    """How a map looks at the scene: its camera at the map's size, and the side of the water it keeps."""
+    size = map_size(spec, camera)
+    scaled = replace(
+        camera,
+        lens=replace(
+            camera.lens,
+            fx=camera.lens.fx * size[0] / camera.width,
+            fy=camera.lens.fy * size[1] / camera.height,
+            cx=camera.lens.cx * size[0] / camera.width,
+            cy=camera.lens.cy * size[1] / camera.height,
+        ),
+        width=size[0],
+        height=size[1],
+    )
+    made = MAP_CAMERAS[spec.camera](scaled, level)
+    if spec.clip is None:
+        return Look(made, NO_CLIP)
+    sign = eye_side(camera, level) * (1.0 if spec.clip == "above" else -1.0)
+    return Look(made, (0.0, sign, 0.0, -sign * level + spec.bias))
+
+
+def map_size(spec: MapSpec, camera: Camera) -> tuple[int, int]:
+    """The map's size in pixels."""
+    return max(1, round(camera.width * spec.scale)), max(1, round(camera.height * spec.scale))
+
+
+def eye_side(camera: Camera, level: float) -> float:
+    """1 where the eye is above the plane, −1 below it; a parallel view by its direction."""
+    eye = camera.eye
+    height = eye[1] - level if eye[3] else eye[1]
+    return 1.0 if height >= 0 else -1.0
+
+
+def draw_maps(
+    specs: dict[str, MapSpec],
+    camera: Camera,
+    level: float,
+    targets: Callable[[str, MapSpec, tuple[int, int]], Target],
+    paint: Paint,
+) -> dict[str, DrawnMap]:
+    """Draw each map of a technique."""
+    drawn = {}
+    for name, spec in specs.items():
+        look = map_look(spec, camera, level)
+        target = targets(name, spec, map_size(spec, camera))
+        paint(target, look, spec)
+        drawn[name] = DrawnMap(target, look.camera.clip_from_world)
+    return drawn
+
+
+def _mirror(camera: Camera, level: float) -> Camera:
+    return camera.mirrored(level)
+
+
+def _direct(camera: Camera, _level: float) -> Camera:
+    return camera
+
+
+def _look_at(camera: Camera, level: float) -> Camera:
+    """The Lake article's mirrored camera: eye and target mirrored, the side vector not; wrong under roll."""
+    pose = camera.world_from_camera
+    forward = -pose[:3, 2] * [1, -1, 1]
+    eye = pose[:3, 3] * [1, -1, 1] + [0, 2 * level, 0]
+    up = np.cross(pose[:3, 0], forward)
+    return replace(camera, world_from_camera=look_at(eye, eye + forward, up))
+
+
+def _yaw_only(camera: Camera, level: float) -> Camera:
+    """Rastertek tutorial 27's mirrored camera: the eye mirrored, the view by yaw alone."""
+    back = camera.world_from_camera[:3, 2]
+    yaw = float(np.degrees(np.arctan2(back[0], back[2])))
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation_from_angles(yaw, 0.0, 0.0)
+    matrix[:3, 3] = camera.world_from_camera[:3, 3] * [1, -1, 1] + [0, 2 * level, 0]
+    return replace(camera, world_from_camera=matrix)
+
+
+MAP_CAMERAS: dict[str, Callable[[Camera, float], Camera]] = {
+    "mirror": _mirror,
+    "look_at": _look_at,
+    "yaw_only": _yaw_only,
+    "direct": _direct,
+}

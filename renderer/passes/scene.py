@@ -1,0 +1,134 @@
+"""The scene on the device, and the pass that draws it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from renderer.gpu.device import Device
+from renderer.gpu.geometry import Geometry, Uniforms
+from renderer.gpu.opengl import GL_CLIP_DISTANCE0
+from renderer.gpu.program import Program
+from renderer.gpu.texture import GpuTexture, upload
+from renderer.light import Fog, LightBlock
+from renderer.passes.view import NO_CLIP, Look, ViewBlock, Wind
+from renderer.scene.material import Material, MaterialBlock
+from renderer.scene.scene import Scene, SceneObject
+
+BLOCKS = (ViewBlock, LightBlock, MaterialBlock, Wind, Fog)
+
+
+@dataclass(eq=False)
+class Part:
+    """One object on the device."""
+
+    source: SceneObject
+    geometry: Geometry
+    map_geometry: Geometry
+    material: Uniforms
+    textures: dict[str, GpuTexture]
+    sways: bool
+
+    def program(self, device: Device, fragment: str, defines: Iterable[str]) -> Program:
+        """The program that draws this part."""
+        material: Material = self.source.material
+        names = [*defines, *material.defines]
+        if self.sways:
+            names.append("SWAYS")
+        return device.program(
+            "passes/scene.vert",
+            fragment,
+            defines=names,
+            blocks=BLOCKS,
+            aliases={"material": f"materials/{material.shader}.glsl"},
+        )
+
+
+class Stage:
+    """A scene on the device."""
+
+    def __init__(self, device: Device, scene: Scene) -> None:
+        self.device, self.name = device, scene.name
+        self._textures = {name: upload(device, source) for name, source in scene.textures.items()}
+        self._materials = {
+            part.material: Uniforms(device, part.material.block) for part in scene.objects
+        }
+        self.parts = [self._part(source) for source in scene.objects]
+        self._bounds = {
+            False: _stack([part.geometry for part in self.parts]),
+            True: _stack([part.map_geometry for part in self.parts]),
+        }
+
+    def _part(self, source: SceneObject) -> Part:
+        names = {"albedo_map": source.material.albedo_map, "detail_map": source.material.detail_map}
+        geometry = Geometry(self.device, source.mesh)
+        return Part(
+            source,
+            geometry,
+            geometry if source.map_mesh is None else Geometry(self.device, source.map_mesh),
+            self._materials[source.material],
+            {sampler: self._textures[name] for sampler, name in names.items() if name},
+            bool((source.mesh.color[:, 3] > 0).any()),
+        )
+
+    def draw(
+        self,
+        look: Look,
+        *,
+        fragment: str,
+        defines: tuple[str, ...] = (),
+        in_map: bool = False,
+        keeps: Callable[[SceneObject], bool] = lambda _: True,
+        textures: dict[str, GpuTexture] | None = None,
+    ) -> int:
+        """Draw what is seen, near before far and solid before leafy; the number of triangles."""
+        context = self.device.context
+        low, high = self._bounds[in_map]
+        seen = np.flatnonzero(look.sees(low, high))
+        distance = look.distance_to(low, high)
+        order = sorted(
+            (int(i) for i in seen if keeps(self.parts[i].source)),
+            key=lambda i: (self.parts[i].source.material.alpha_cutoff > 0, distance[i]),
+        )
+        clips = look.clip_plane != NO_CLIP
+        context.enable_only(context.DEPTH_TEST)
+        context.depth_func = ">="
+        context.front_face = "cw" if look.camera.is_mirrored else "ccw"
+        if clips:
+            context.enable_direct(GL_CLIP_DISTANCE0)
+        triangles = 0
+        for i in order:
+            part = self.parts[i]
+            program = part.program(self.device, fragment, defines)
+            program.bind({**(textures or {}), **part.textures})
+            part.material.bind()
+            if part.source.material.is_two_sided:
+                context.disable(context.CULL_FACE)
+            else:
+                context.enable(context.CULL_FACE)
+            geometry = part.map_geometry if in_map else part.geometry
+            geometry.draw(program)
+            triangles += geometry.triangles
+        if clips:
+            context.disable_direct(GL_CLIP_DISTANCE0)
+        context.disable(moderngl.CULL_FACE)
+        context.front_face = "ccw"
+        return triangles
+
+    def release(self) -> None:
+        """Free everything."""
+        for part in self.parts:
+            part.geometry.release()
+            if part.map_geometry is not part.geometry:
+                part.map_geometry.release()
+        for owned in (*self._materials.values(), *self._textures.values()):
+            owned.release()
+
+
+def _stack(geometries: list[Geometry]) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    if not geometries:
+        return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)
+    return np.stack([g.low for g in geometries]), np.stack([g.high for g in geometries])

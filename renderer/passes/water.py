@@ -1,0 +1,91 @@
+"""The pass that draws the water over the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from renderer.blocks import Block
+from renderer.gpu.device import Device
+from renderer.gpu.geometry import Screen, Uniforms
+from renderer.gpu.program import Bindable
+from renderer.gpu.texture import GpuTexture, upload
+from renderer.light import LightBlock
+from renderer.passes.maps import DrawnMap, eye_side
+from renderer.passes.view import Look, ViewBlock, WaterPlane, flat
+from renderer.scene.material import Texture
+from renderer.water.technique import Technique
+
+QUAD = 6
+KEPT_TEXTURES = 8
+
+
+class WaterPass:
+    """Draws any technique's water, by the functions that ``water/interface.glsl`` names."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self._screen = Screen(device)
+        self._uniforms: dict[str, Uniforms] = {}
+        self._textures: dict[str, GpuTexture] = {}
+
+    def draw(
+        self,
+        water: Technique,
+        look: Look,
+        maps: Mapping[str, DrawnMap],
+        time: float,
+        period: float | None,
+        seed: int,
+        *,
+        shadow_defines: tuple[str, ...],
+        shadow_textures: Mapping[str, Bindable],
+        shows: tuple[str, ...] = (),
+    ) -> None:
+        """Draw the water into the current target, behind what stands before it."""
+        level, extents = water.level or 0.0, water.extents
+        assert extents is not None  # a resolved request names them
+        plane = WaterPlane(
+            reflection_from_world=flat(maps["reflection"].clip_from_world),
+            refraction_from_world=flat(maps["refraction"].clip_from_world),
+            extents=extents,
+            level=level,
+            side=eye_side(look.camera, level),
+        )
+        blocks: tuple[Block, ...] = (plane, water, *water.blocks(time, period))
+        program = self.device.program(
+            "passes/water.vert",
+            "passes/water.frag",
+            defines=(*water.defines(period), *shadow_defines, *shows),
+            blocks=(ViewBlock, LightBlock, *(type(block) for block in blocks)),
+            aliases={"technique": water.shader},
+        )
+        for block in blocks:
+            self._bind(block)
+        program.bind(
+            {
+                **{name: self._texture(source) for name, source in water.textures(seed).items()},
+                **{f"{name}_map": drawn.target.texture for name, drawn in maps.items()},
+                **shadow_textures,
+            },
+        )
+        context = self.device.context
+        context.enable_only(context.DEPTH_TEST)
+        context.depth_func = ">="
+        self._screen.draw(program, QUAD)
+        self.device.check_errors("water pass")
+
+    def _bind(self, block: Block) -> None:
+        name = block.glsl_name()
+        if name not in self._uniforms:
+            self._uniforms[name] = Uniforms(self.device, block)
+        self._uniforms[name].write(block)
+        self._uniforms[name].bind()
+
+    def _texture(self, source: Texture) -> GpuTexture:
+        if source.name not in self._textures:
+            while len(self._textures) >= KEPT_TEXTURES:
+                self._textures.pop(next(iter(self._textures))).release()
+            self._textures[source.name] = upload(self.device, source)
+        else:
+            self._textures[source.name] = self._textures.pop(source.name)
+        return self._textures[source.name]

@@ -1,0 +1,284 @@
+"""From a request to a frame: one story, one line a pass."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Self
+
+from renderer.blocks import Block
+from renderer.camera import Camera
+from renderer.doctor import examine
+from renderer.fingerprint import fingerprint
+from renderer.errors import Cancelled, NoDevice
+from renderer.frame import Frame
+from renderer.gpu.device import Device, Require
+from renderer.gpu.geometry import Uniforms
+from renderer.gpu.target import Target
+from renderer.light import LightBlock
+from renderer.passes.composite import CompositePass
+from renderer.passes.maps import DrawnMap, draw_maps
+from renderer.passes.scene import Stage
+from renderer.passes.shadow import ShadowPass, Shadows
+from renderer.passes.sky import Sky, SkyPass
+from renderer.passes.targets import Targets
+from renderer.passes.view import Look, Wind
+from renderer.passes.water import WaterPass
+from renderer.request import FrameRequest
+from renderer.scene.catalogue import SCENES
+from renderer.water.technique import MapSpec
+
+STAGES_KEPT = 2
+SHOWS = {"reflection_weight": ("SHOWS_WEIGHT",), "water_mask": ("SHOWS_MASK",)}
+"""Layers that the water pass draws instead of its colour."""
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """One sub-frame: where the sampling point stands and when the shutter is."""
+
+    request: FrameRequest
+    camera: Camera
+    time: float
+
+
+class Renderer:
+    """Draws frames: one OpenGL context, one thread, for life."""
+
+    def __init__(self, require: Require = "any", *, measures_passes: bool = False) -> None:
+        try:
+            self.device = Device(require)
+        except NoDevice as error:
+            raise NoDevice(f"{error}\n\n{examine().text()}") from None
+        self.measures_passes = measures_passes
+        self._stages: dict[str, Stage] = {}
+        self._targets = Targets(self.device)
+        self._shadows = ShadowPass(self.device)
+        self._sky = SkyPass(self.device)
+        self._water = WaterPass(self.device)
+        self._composite = CompositePass(self.device)
+        self._uniforms: dict[str, Uniforms] = {}
+        self._timings: dict[str, float] = {}
+
+    def render(
+        self,
+        request: FrameRequest,
+        *,
+        is_cancelled: Callable[[], bool] | None = None,
+    ) -> Frame:
+        """Draw a frame; ``Cancelled`` is raised between sub-frames once ``is_cancelled`` says so."""
+        self.device.check_thread()
+        began = time.perf_counter()
+        self._timings = {}
+        size, layer = (request.width, request.height), request.layers[0]
+        stage = self._stage(request.scene)
+        instants = list(sub_frames(request)) if layer == "color" else [first_instant(request)]
+        total = self._targets.lend("sum", size, kind="f4", has_depth=False) if len(instants) > 1 else None
+        for number, instant in enumerate(instants):
+            if is_cancelled is not None and is_cancelled():
+                raise Cancelled
+            picture = self._draw(stage, instant, layer)
+            if total is not None:
+                with self._pass("accumulate"):
+                    share = 1 / len(instants)
+                    self._composite.accumulate(picture, total, share, first=number == 0)
+        output = self._targets.lend("output", size, kind="f1", components=3, has_depth=False)
+        with self._pass("composite"):
+            is_data = layer in SHOWS
+            pixels = self._composite.encode(total or picture, output, request.tonemap, is_data=is_data)
+        self._targets.trim()
+        self._timings["render"] = time.perf_counter() - began
+        return Frame(pixels, self.driver, {layer: pixels}, self._timings)
+
+    def _draw(self, stage: Stage, instant: Instant, layer: str) -> Target:
+        """Draw one sub-frame in linear light; what is returned holds the layer."""
+        request, camera, water = instant.request, instant.camera, instant.request.water
+        size, samples = (camera.width, camera.height), request.msaa if layer == "color" else 1
+        centre, level = SCENES[request.scene].centre, water.level or 0.0
+        self._light(request, instant.time)
+        with self._pass("shadow"):
+            shadows = self._shadows.draw(stage, request.sun, centre)
+        with self._pass("sky"):
+            sky = self._sky.prepare(request)
+        target = self._targets.lend("scene", size, samples=samples)
+        with self._pass("scene"):
+            self._paint(stage, request, target, Look(camera), shadows, sky)
+        with self._pass("maps"):
+            maps = self._maps(stage, instant, target, shadows, sky)
+        if layer.endswith("_map"):
+            return maps[layer.removesuffix("_map")].target
+        with self._pass("water"):
+            shows = SHOWS.get(layer, ())
+            if shows:
+                self._composite.blank(target, maps["refraction"].target)
+            look = Look(camera)
+            target.begin(None)
+            self._bind("look", look.block(shadows.shadow_from_world))
+            self._water.draw(
+                water,
+                look,
+                maps,
+                instant.time,
+                request.period,
+                request.seed,
+                shadow_defines=shadows.defines,
+                shadow_textures=shadows.textures,
+                shows=shows,
+            )
+        if samples == 1:
+            return target
+        resolved = self._targets.lend("resolved", size, has_depth=False)
+        target.copy_to(resolved)
+        return resolved
+
+    def _maps(
+        self,
+        stage: Stage,
+        instant: Instant,
+        target: Target,
+        shadows: Shadows,
+        sky: Sky,
+    ) -> dict[str, DrawnMap]:
+        """The technique's maps; one that is the scene itself is copied from it."""
+        request, camera = instant.request, instant.camera
+        specs = dict(request.water.maps())
+        drawn: dict[str, DrawnMap] = {}
+        if request.maps is not None:
+            camera = request.maps.camera.camera(camera.width, camera.height)
+            self._light(request, request.maps.time)
+        else:
+            for name in [name for name, spec in specs.items() if spec.is_the_scene]:
+                copy = self._lend_map(name, specs.pop(name), target.size)
+                target.copy_to(copy)
+                drawn[name] = DrawnMap(copy, camera.clip_from_world)
+
+        def paint(map_target: Target, look: Look, spec: MapSpec) -> None:
+            self._paint(stage, request, map_target, look, shadows, sky, spec)
+
+        level = request.water.level or 0.0
+        return drawn | draw_maps(specs, camera, level, self._lend_map, paint)
+
+    def _paint(
+        self,
+        stage: Stage,
+        request: FrameRequest,
+        target: Target,
+        look: Look,
+        shadows: Shadows,
+        sky: Sky,
+        spec: MapSpec | None = None,
+    ) -> None:
+        """Draw the world without its water."""
+        objects = spec.objects if spec else None
+        fog = ("HAS_FOG",) if request.fog else ()
+        target.begin(spec.clear if spec else (0.0, 0.0, 0.0, 0.0))
+        self._bind("look", look.block(shadows.shadow_from_world))
+        stage.draw(
+            look,
+            fragment="passes/scene.frag",
+            defines=(*shadows.defines, *fog),
+            in_map=spec is not None,
+            keeps=lambda part: (spec is None or part.in_maps)
+            and (objects is None or bool(objects & part.tags)),
+            textures=shadows.textures,
+        )
+        if spec is None or spec.draws_sky:
+            self._sky.draw(sky, fog)
+        self.device.check_errors("scene pass")
+
+    def _lend_map(self, name: str, spec: MapSpec, size: tuple[int, int]) -> Target:
+        kind = {"half": "f2", "byte": "f1"}[spec.format]
+        return self._targets.lend(f"{name} map", size, kind=kind, wrap=spec.wrap)
+
+    def _light(self, request: FrameRequest, instant: float) -> None:
+        level = request.water.level or 0.0
+        self._bind("light", LightBlock.of(request.sun, request.ambient, level))
+        self._bind("wind", Wind.at(instant, request.period))
+        if request.fog is not None:
+            self._bind("fog", request.fog)
+
+    def _bind(self, name: str, block: Block) -> None:
+        if name not in self._uniforms:
+            self._uniforms[name] = Uniforms(self.device, block)
+        self._uniforms[name].write(block)
+        self._uniforms[name].bind()
+
+    def _stage(self, name: str) -> Stage:
+        if name not in self._stages:
+            while len(self._stages) >= STAGES_KEPT:
+                oldest = next(iter(self._stages))
+                self._shadows.forget(oldest)
+                self._stages.pop(oldest).release()
+            self._stages[name] = Stage(self.device, SCENES[name].load())
+        else:
+            self._stages[name] = self._stages.pop(name)
+        return self._stages[name]
+
+    @contextmanager
+    def _pass(self, name: str) -> Iterator[None]:
+        """Measure a pass's CPU time; waiting for it costs, so only where that is asked for."""
+        if not self.measures_passes:
+            yield
+            return
+        began = time.process_time()
+        yield
+        self.device.finish()
+        self._timings[name] = self._timings.get(name, 0.0) + time.process_time() - began
+
+    @property
+    def driver(self) -> str:
+        """The driver's name with its OpenGL version."""
+        return self.device.driver
+
+    @property
+    def is_software(self) -> bool:
+        """Whether frames are drawn by a CPU."""
+        return self.device.is_software
+
+    @property
+    def fingerprint(self) -> str:
+        """What decides bits besides the key: driver, processor and encoders; 16 hex digits."""
+        return fingerprint(self.driver, is_software=self.is_software)
+
+    def live_objects(self) -> int:
+        """How many OpenGL objects exist: flat while frames are drawn."""
+        return self.device.live
+
+    def close(self) -> None:
+        """Release the context."""
+        self.device.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def first_instant(request: FrameRequest) -> Instant:
+    """The frame at pixel centres with the shutter just open."""
+    return Instant(request, request.view(), request.time)
+
+
+def sub_frames(request: FrameRequest) -> Iterator[Instant]:
+    """The sub-frames: jittered by Halton's points (bases 2 and 3), spread over the open shutter."""
+    if request.samples == 1:
+        yield first_instant(request)
+        return
+    view = request.view()
+    for i in range(request.samples):
+        jitter = (halton(i + 1, 2) - 0.5, halton(i + 1, 3) - 0.5)
+        moment = request.time + request.shutter * (i + 0.5) / request.samples
+        yield Instant(request, view.jittered(*jitter), moment)
+
+
+def halton(index: int, base: int) -> float:
+    """The radical inverse of a number from 1 on: Halton 1964, section 1."""
+    value, share = 0.0, 1.0
+    while index:
+        share /= base
+        value += share * (index % base)
+        index //= base
+    return value

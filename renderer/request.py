@@ -1,0 +1,186 @@
+"""The request: everything that determines the bytes of one image."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self, get_args
+
+import rfc8785
+from pydantic import BeforeValidator, Field, ValidationError, field_validator, model_validator
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from renderer.blocks import Declaration
+from renderer.camera import Camera
+from renderer.errors import FieldProblem, InvalidRequest
+from renderer.light import Fog, Sun, ToneMap
+from renderer.naming import PREFIX, unknown_name
+from renderer.resolve import lay_over, scene_entry, water_of
+from renderer.scene.catalogue import DEFAULT as DEFAULT_SCENE
+from renderer.scene.catalogue import SCENES
+from renderer.scene.skies import AnySky
+from renderer.source_digest import source_digest
+from renderer.trajectory import Turntable
+from renderer.units import Color, Seconds, as_tuple
+from renderer.viewpoint import AnyViewpoint
+from renderer.water.catalogue import AnyWater
+
+MAX_SIDE = 16_384
+"""Pixels: what every OpenGL driver that we know can draw; the service's own caps lie lower."""
+
+LayerName = Literal["color", "reflection_map", "refraction_map", "reflection_weight", "water_mask"]
+LAYERS: tuple[str, ...] = get_args(LayerName)
+FormatName = Literal["png", "jpeg", "webp"]
+
+
+
+class MapsAt(Declaration):
+    """When and from where the reflection and refraction maps are drawn, where not as the frame itself."""
+
+    time: Seconds
+    camera: AnyViewpoint
+
+
+class FrameRequest(Declaration):
+    """One image: scene, water, camera, light, time and format.
+
+    Every field has a default. What the caller leaves out is the scene's own; after construction nothing
+    is left open, so that equal meanings are equal requests.
+    """
+
+    scene: str = DEFAULT_SCENE
+    """The world round the water: a name of the catalogue."""
+    water: AnyWater = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    """The technique and its parameters, or its name alone."""
+    camera: AnyViewpoint = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    """Where the picture is taken from."""
+    time: Seconds = Field(0.0, ge=-1e7, le=1e7)
+    """Time at which the picture is taken."""
+    period: Seconds | None = Field(None, ge=0.1, le=1e6)
+    """Time after which all that moves repeats exactly; null lets it run on."""
+    width: int = Field(1280, ge=1, le=MAX_SIDE, json_schema_extra={"x-unit": "px"})
+    """Width of the image."""
+    height: int = Field(720, ge=1, le=MAX_SIDE, json_schema_extra={"x-unit": "px"})
+    """Height of the image."""
+    sun: Sun | None = None
+    """The directional light; null is none."""
+    ambient: Color = (0.22, 0.25, 0.30)
+    """Light from all sides."""
+    sky: AnySky = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    """What stands behind everything. It lights nothing by itself."""
+    fog: Fog | None = None
+    """Air that scatters light, in the scene and in its reflection; null is none."""
+    msaa: Literal[1, 4] = 4
+    """Samples of the geometry's edges in one sub-frame."""
+    samples: int = Field(1, ge=1, le=64)
+    """Jittered sub-frames averaged in linear light."""
+    shutter: Seconds = Field(0.0, ge=0, le=10)
+    """Time over which the sub-frames are spread: motion blur."""
+    tonemap: ToneMap = ToneMap()
+    """How light becomes the picture."""
+    maps: MapsAt | None = None
+    """Time and camera at which the maps are drawn, to reuse them over frames; null is the frame's own."""
+    layers: Annotated[tuple[LayerName, ...], BeforeValidator(as_tuple)] = ("color",)
+    """What is asked for."""
+    seed: int = Field(0, ge=0, le=2**31 - 1)
+    """Seed of everything random."""
+    format: FormatName = "png"
+    """The file format."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _resolve(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        entry = scene_entry(data.get("scene", DEFAULT_SCENE))
+        if entry is None:  # the scene's own validator says so; the rest is checked on the default scene
+            entry = SCENES[DEFAULT_SCENE]
+        filled = lay_over(data, entry)
+        filled["water"] = water_of(filled.get("water", {}), entry)
+        if isinstance(filled.get("tonemap"), str):
+            filled["tonemap"] = {"operator": filled["tonemap"]}
+        return filled
+
+    @field_validator("scene")
+    @classmethod
+    def _known_scene(cls, name: str) -> str:
+        if scene_entry(name) is None:
+            raise unknown_name("scene", name, tuple(SCENES))
+        return name
+
+    @field_validator("layers")
+    @classmethod
+    def _one_image(cls, layers: tuple[str, ...]) -> tuple[str, ...]:
+        if len(layers) != 1:
+            raise PydanticCustomError(
+                "layers",
+                "an 8-bit image holds exactly one layer; ask for one layer a request",
+                {"bound": "one of " + ", ".join(LAYERS)},
+            )
+        return layers
+
+    @classmethod
+    def parse(cls, data: Any, *, strict: bool = True) -> Self:
+        """Check a request from outside.
+
+        ``strict=False`` takes numbers written as strings. Raises ``InvalidRequest``.
+        """
+        try:
+            return cls.model_validate(data, strict=strict)
+        except ValidationError as error:
+            raise invalid(error) from None
+
+    def canonical(self) -> bytes:
+        """The resolved request as RFC 8785 JSON: equal meanings, equal bytes."""
+        return rfc8785.dumps(_plain_zero(self.model_dump(mode="json")))
+
+    def key(self) -> str:
+        """The frame's key: SHA-256, 64 hex digits, of request, sources and dependencies."""
+        digest = hashlib.sha256(self.canonical())
+        digest.update(b"\0" + source_digest().encode())
+        return digest.hexdigest()
+
+    def view(self) -> Camera:
+        """The camera in pixels."""
+        return self.camera.camera(self.width, self.height)
+
+    def along(self, turntable: Turntable) -> list[FrameRequest]:
+        """One request for each frame of a turntable that starts from this one."""
+        centre = SCENES[self.scene].centre
+        return [
+            self.model_copy(
+                update={"camera": view.camera, "time": view.time, "period": view.period},
+            )
+            for view in turntable.views(self.camera, self.time, self.period, centre)
+        ]
+
+
+def invalid(error: ValidationError, prefix: str = "") -> InvalidRequest:
+    """The error that names each field as its caller wrote it."""
+    return InvalidRequest(tuple(_problem(details, prefix) for details in error.errors()))
+
+
+def _problem(details: ErrorDetails, prefix: str) -> FieldProblem:
+    parts = [str(part) for part in details["loc"]]
+    path = ".".join([prefix, *parts] if prefix else parts)
+    path = ".".join(part for part in path.split(".") if not part.startswith(PREFIX))
+    context = details.get("ctx", {})
+    bounds = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
+    named = [f"{sign} {context[name]}" for name, sign in bounds.items() if name in context]
+    bound = context.get("bound") or context.get("expected") or " and ".join(named) or None
+    message = details["msg"]
+    if details["type"] == "extra_forbidden":
+        message = "unknown field"
+    if details["type"] == "finite_number":
+        bound = "a finite number"
+    value = details.get("input")
+    return FieldProblem(path, message, None if details["type"] == "missing" else value, bound)
+
+
+def _plain_zero(value: Any) -> Any:
+    """Negative zero is zero."""
+    if isinstance(value, dict):
+        return {name: _plain_zero(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_plain_zero(item) for item in value]
+    return 0.0 if isinstance(value, float) and value == 0 else value

@@ -1,0 +1,1 @@
+"""The world round the water, described without a GPU."""

@@ -1,0 +1,140 @@
+"""Trees and shrubs: trunk and branches as tubes, leaves as clusters on tight alpha-tested cards.
+
+    tree(kind, seed, *, height=None) -> TreeMeshes(trunk, leaves, leaves_far)   at the origin
+        kind: "oak" | "birch" | "alder" | "willow" | "pine"
+    forest(seed, places, kinds=None) -> TreeMeshes           many trees in one; places (n, 3) ground
+    sectors(places, count) -> list of index arrays           by direction from the origin, for culling
+    shrubs(seed, places, *, size=1.3, detail="full") -> Mesh bushes (LEAVES)
+    belt(seed, places, *, height=9.0) -> Mesh                one-card far trees, cheap (LEAVES)
+
+Materials: trunk ``leaves.BARK``, all else ``leaves.LEAVES``. Cards face the origin more or less and
+are sorted from the origin outwards, because every camera stands near the pond: draw the objects
+near to far too, then most hidden leaves fail the early depth test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import PCG64, Generator
+from numpy.typing import NDArray
+
+from renderer.scene import leaves
+from renderer.scene.crowns import Array, Crown, Detail, Kind, grow
+from renderer.scene.mesh import Mesh
+
+FURROWED, BIRCH_BARK = (0.03, 0.47), (0.53, 0.97)
+"""The two halves of the bark texture in u."""
+
+
+@dataclass(frozen=True, eq=False)
+class TreeMeshes:
+    """A tree or a wood: wood (BARK) and leaves (LEAVES), each in two levels of detail."""
+
+    trunk: Mesh
+    leaves: Mesh
+    trunk_far: Mesh
+    leaves_far: Mesh
+
+    @classmethod
+    def merge(cls, trees: Sequence[TreeMeshes]) -> TreeMeshes:
+        """Join trees; their order is kept, so put the nearest to the pond first."""
+        parts = ("trunk", "leaves", "trunk_far", "leaves_far")
+        return cls(*(Mesh.merge([getattr(tree, part) for tree in trees]) for part in parts))
+
+    def transformed(self, world_from_local: NDArray[np.floating]) -> TreeMeshes:
+        """Move the tree by a 4×4 affine matrix."""
+        parts = (self.trunk, self.leaves, self.trunk_far, self.leaves_far)
+        return TreeMeshes(*(part.transformed(world_from_local) for part in parts))
+
+
+def tree(kind: Kind, seed: int, *, height: float | None = None) -> TreeMeshes:
+    """One tree at the origin, its better side towards +z; ``height`` in metres."""
+    near, far = (grow(kind, seed, height=height, detail=detail) for detail in ("full", "map"))
+    return TreeMeshes(
+        trunk=wood(near, kind, sides=6),
+        leaves=cards(near),
+        trunk_far=wood(far, kind, sides=3),
+        leaves_far=cards(far),
+    )
+
+
+def cards(crown: Crown) -> Mesh:
+    """The leaf clusters as octagons, bowed a little, nearest to +z first."""
+    order = np.argsort(-crown.centre[:, 2], kind="stable")
+    species = crown.species
+    hulls = np.stack([leaves.hull(name) for name in species.cells])[crown.cell[order]]
+    local = hulls - 0.5
+    if species.hanging:
+        local = local - [0.0, 0.25]
+    right, up = _frames(crown.facing[order], crown.roll[order])
+    side = crown.side[order][:, None, None]
+    across = local[..., :1] * side
+    along = local[..., 1:] * side * species.tall
+    facing = crown.facing[order][:, None]
+    bow = 0.55 * (across**2 + along**2) / side
+    offset = across * right[:, None] + along * up[:, None] - bow * facing
+    position = crown.centre[order][:, None] + offset
+    normal = crown.normal[order][:, None] + 0.55 * offset / side
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    uv = np.stack([leaves.at(name, leaves.hull(name)) for name in species.cells])[crown.cell[order]]
+    count, corners = local.shape[:2]
+    color = np.concatenate([crown.shade[order], np.full((count, 1), 0.0)], axis=1)
+    height = np.clip(position[..., 1] / max(float(position[..., 1].max()), 1e-6), 0, 1)
+    color = np.repeat(color[:, None], corners, axis=1)
+    color[..., 3] = 0.35 * height**2
+    fan = np.array([[0, k, k + 1] for k in range(1, corners - 1)])
+    index = (np.arange(count) * corners)[:, None, None] + fan
+    return Mesh.build(
+        position.reshape(-1, 3),
+        index.reshape(-1, 3),
+        normal=normal.reshape(-1, 3),
+        uv=uv.reshape(-1, 2),
+        color=color.reshape(-1, 4),
+    )
+
+
+def wood(crown: Crown, kind: Kind, *, sides: int) -> Mesh:
+    """Trunk and boughs as tapering tubes; boughs have one side less than the trunk has."""
+    half = BIRCH_BARK if kind == "birch" else FURROWED
+    parts = []
+    for rank, (path, radii) in enumerate(crown.wood):
+        step = 1 if sides > 3 else 2
+        parts.append(tube(path[::step], radii[::step], sides if rank == 0 else max(3, sides - 2), half))
+    mesh = Mesh.merge(parts)
+    inside = 1 - 0.45 * np.clip(mesh.position[:, 1] / max(float(mesh.position[:, 1].max()), 1e-6), 0, 1)
+    color = np.concatenate(
+        [inside[:, None] * np.array(crown.species.bark), np.zeros((len(inside), 1))], axis=1
+    )
+    return Mesh.build(mesh.position, mesh.index, normal=mesh.normal, uv=mesh.uv, color=color)
+
+
+def tube(path: Array, radii: Array, sides: int, u: tuple[float, float]) -> Mesh:
+    """An open tube along ``path`` (k, 3); ``u`` runs there and back round it, v in units of 1.5 metres."""
+    along = np.gradient(path, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, [0.31, 0.17, 0.93])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    third = np.cross(along, side)
+    turn = np.linspace(0, 2 * np.pi, sides + 1)
+    ring = np.cos(turn)[:, None] * side[:, None] + np.sin(turn)[:, None] * third[:, None]
+    position = path[:, None] + ring * radii[:, None, None]
+    length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    there_and_back = 1 - np.abs(np.linspace(-1, 1, sides + 1))
+    uv = np.stack(np.broadcast_arrays(u[0] + (u[1] - u[0]) * there_and_back, length[:, None] / 1.5), axis=-1)
+    k = np.arange(len(path) - 1)[:, None] * (sides + 1) + np.arange(sides)
+    quads = np.stack([k, k + 1, k + sides + 2, k, k + sides + 2, k + sides + 1], axis=-1)
+    return Mesh.build(
+        position.reshape(-1, 3), quads.reshape(-1, 3), normal=ring.reshape(-1, 3), uv=uv.reshape(-1, 2)
+    )
+
+
+def _frames(facing: Array, roll: Array) -> tuple[Array, Array]:
+    """Right and up (n, 3) of cards that face ``facing``, turned by ``roll`` in their plane."""
+    right = np.cross([0.0, 1.0, 0.0], facing)
+    right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), 1e-6)
+    up = np.cross(facing, right)
+    c, s = np.cos(roll)[:, None], np.sin(roll)[:, None]
+    return c * right + s * up, c * up - s * right

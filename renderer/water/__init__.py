@@ -1,0 +1,1 @@
+"""Water techniques: one file each, parameters and behaviour together."""

@@ -1,0 +1,17 @@
+"""The techniques by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from renderer.naming import one_of
+from renderer.water.luna import Luna
+from renderer.water.technique import Technique
+
+TECHNIQUES: dict[str, type[Technique]] = {"luna": Luna}
+DEFAULT = "luna"
+
+if TYPE_CHECKING:
+    AnyWater = Technique
+else:
+    AnyWater = one_of("technique", "technique", TECHNIQUES)

@@ -1,0 +1,1 @@
+"""The web service round the renderer: workers, frames, jobs, HTTP and the command line."""

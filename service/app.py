@@ -1,0 +1,101 @@
+"""The application: the one place where the parts are put together."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+import anyio.to_thread
+from fastapi import FastAPI
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+
+from service.artifacts import LocalArtifacts
+from service.engines.catalogue import make_engine
+from service.frames import FrameCache
+from service.jobs import Jobs
+from service.problems import problem_of
+from service.routes import catalogue, frames, health, jobs, page, schema, turntable
+from service.routes.answering import release
+from service.routes.boundary import Boundary
+from service.routes.parts import Parts
+from service.settings import Settings
+
+LOG = logging.getLogger("millpond.service")
+DESCRIPTION = (
+    "Frames of reflective and refractive water, rendered without a display. A frame is a pure function of its request: "
+    "the same request has the same key, the same ETag and the same bytes."
+)
+CLOSING_SECONDS = 2.0
+"""Time that running batch frames have once every answer is out; what they don't finish is drawn after the restart."""
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The service as an ASGI application; its workers start and end with its lifespan."""
+    app = FastAPI(
+        title="Millpond",
+        version=release(),
+        description=DESCRIPTION,
+        docs_url=None,
+        redoc_url=None,
+        openapi_url=None,
+        redirect_slashes=False,
+        lifespan=_lifespan(settings),
+        exception_handlers={HTTPException: _as_problem, RequestValidationError: _as_problem},
+    )
+    app.add_middleware(Boundary, settings=settings)
+    for room in (frames, turntable, jobs, catalogue, health, page):
+        app.include_router(room.router)
+    schema.install(app, release())
+    return app
+
+
+def _lifespan(settings: Settings):  # noqa: ANN202 -- FastAPI's own type of a lifespan is private
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        parts = await anyio.to_thread.run_sync(put_together, settings)
+        app.state.parts = parts
+        try:
+            yield
+        finally:
+            LOG.info("stopping")
+            await anyio.to_thread.run_sync(parts.jobs.close)
+            await anyio.to_thread.run_sync(parts.engine.close, CLOSING_SECONDS)
+
+    return lifespan
+
+
+def put_together(settings: Settings) -> Parts:
+    """The parts of the service, started: the workers come up in the background."""
+    store = settings.data_dir / "artifacts"
+    artifacts = LocalArtifacts(store, budget=settings.artifact_bytes)
+    engine = make_engine(
+        "local",
+        artifacts_dir=store,
+        workers=settings.workers,
+        interactive=settings.interactive,
+        require=settings.require,
+        max_frames_per_worker=settings.worker_frames,
+        max_rss=settings.worker_bytes,
+    )
+    engine.start()
+    cache = FrameCache(engine, artifacts, queue_seconds=settings.limits.queue_seconds)
+    work = Jobs(
+        settings.database_url,
+        cache,
+        artifacts,
+        data_dir=settings.data_dir,
+        expiry_seconds=settings.job_days * 86_400,
+        max_frames=settings.limits.job_frames,
+    )
+    work.start()
+    return Parts(settings, engine, cache, work, time.monotonic())
+
+
+async def _as_problem(request: Request, error: Exception) -> Response:
+    """What the router itself refuses: unknown paths, methods, parameters that do not parse."""
+    return problem_of(error).response(request.url.path, request.scope["state"]["request_id"])

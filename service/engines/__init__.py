@@ -1,0 +1,1 @@
+"""Where frames are drawn: engines behind one seam, ``concurrent.futures.Future``."""

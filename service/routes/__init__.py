@@ -1,0 +1,1 @@
+"""The HTTP routes: thin, one call each into the rooms below."""

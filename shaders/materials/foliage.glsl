@@ -1,0 +1,1 @@
+// placeholder until surface.glsl is known

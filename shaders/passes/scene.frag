@@ -1,0 +1,39 @@
+// The scene's surfaces under sun and ambient light: albedo * (ambient + sun * max(0, n.l) * visibility).
+#include <View>
+#include <Light>
+#include <material>
+#include "lib/shadow.glsl"
+#ifdef HAS_FOG
+#include "lib/fog.glsl"
+#endif
+
+in vec3 position_world;
+in vec3 normal_world;
+in vec2 surface_uv;
+in vec4 surface_color;
+in vec3 shadow_place;
+
+layout(location = 0) out vec4 radiance;
+
+void main()
+{
+    vec3 n = normalize(normal_world);
+#ifdef TURNS_BACK_FACES
+    n = gl_FrontFacing ? n : -n;
+#endif
+    Surface surface = material_surface(position_world, n, surface_uv, surface_color);
+#ifdef HAS_ALPHA_CUTOFF
+    if (surface.alpha < material.alpha_cutoff)
+        discard;
+#endif
+    float NoL = dot(surface.normal, light.sun_direction);
+    float received = max(NoL, 0.0);
+#ifdef HAS_TRANSLUCENCY
+    received += surface.translucency * max(-NoL, 0.0);
+#endif
+    vec3 lit = surface.albedo * (light.ambient + light.sun_radiance * (received * sun_visibility(shadow_place)));
+#ifdef HAS_FOG
+    lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : position_world + 1e4 * view.eye.xyz, position_world);
+#endif
+    radiance = vec4(lit, 1.0);
+}

@@ -1,0 +1,33 @@
+// The scene's surfaces.
+#include <View>
+#include "lib/wind.glsl"
+
+in vec3 position;
+in vec3 normal;
+in vec2 uv;
+in vec4 color;
+
+out vec3 position_world;
+out vec3 normal_world;
+out vec2 surface_uv;
+out vec4 surface_color;
+out vec3 shadow_place;
+
+void main()
+{
+    position_world = position;
+#ifdef SWAYS
+    position_world += sway(position, color.a);
+#endif
+    normal_world = normal;
+    surface_uv = uv;
+    surface_color = color;
+#ifdef HAS_SHADOWS
+    // Moved along the normal, so that a surface does not shadow itself; the map is parallel: no division.
+    shadow_place = (view.shadow_from_world * vec4(position_world + 0.04 * normal, 1.0)).xyz;
+#else
+    shadow_place = vec3(0.0);
+#endif
+    gl_Position = view.clip_from_world * vec4(position_world, 1.0);
+    gl_ClipDistance[0] = dot(view.clip_plane, vec4(position_world, 1.0));
+}

@@ -1,0 +1,32 @@
+// The water, shaded by its technique.
+#include <View>
+#include <WaterPlane>
+#include <technique>
+#include "lib/projection.glsl"
+#include "lib/shadow.glsl"
+
+in vec3 position_world;
+in vec4 reflection_clip;
+in vec4 refraction_clip;
+in vec3 shadow_place;
+
+layout(location = 0) out vec4 result;
+
+void main()
+{
+    WaterPoint point;
+    point.position = position_world;
+    point.view = normalize(view.eye.xyz - position_world * view.eye.w);
+    point.up = vec3(0.0, water_plane.side, 0.0);
+    point.reflection_place = map_place(reflection_clip);
+    point.refraction_place = map_place(refraction_clip);
+    point.sun_visibility = sun_visibility(shadow_place);
+    WaterShade shade = shade_water(point);
+#ifdef SHOWS_WEIGHT
+    result = vec4(vec3(shade.reflection_weight), 1.0);
+#elif defined(SHOWS_MASK)
+    result = vec4(1.0);
+#else
+    result = vec4(shade.radiance, 1.0);
+#endif
+}

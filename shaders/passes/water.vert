@@ -1,0 +1,23 @@
+// The water's plane within its extents.
+#include <View>
+#include <WaterPlane>
+
+out vec3 position_world;
+out vec4 reflection_clip;
+out vec4 refraction_clip;
+out vec3 shadow_place;
+
+void main()
+{
+    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4, gl_VertexID > 1 && gl_VertexID != 3);
+    vec4 e = water_plane.extents;
+    position_world = vec3(mix(e.x, e.y, corner.x), water_plane.level, mix(e.z, e.w, corner.y));
+    reflection_clip = water_plane.reflection_from_world * vec4(position_world, 1.0);
+    refraction_clip = water_plane.refraction_from_world * vec4(position_world, 1.0);
+#ifdef HAS_SHADOWS
+    shadow_place = (view.shadow_from_world * vec4(position_world, 1.0)).xyz;
+#else
+    shadow_place = vec3(0.0);
+#endif
+    gl_Position = view.clip_from_world * vec4(position_world, 1.0);
+}
