@@ -85,10 +85,7 @@ class Block(Declaration):
     @classmethod
     def glsl(cls) -> str:
         """The block's GLSL source, with unit and summary of each member as a comment."""
-        lines = [
-            f"    {member.glsl.type} {member.name};  // {member.comment}".rstrip(" /")
-            for member in cls.members()
-        ]
+        lines = [f"    {member.glsl.type} {member.name};  // {member.comment}".rstrip(" /") for member in cls.members()]
         return "\n".join([f"layout(std140) uniform {cls.glsl_name()}", "{", *lines, f"}} {cls.instance_name()};"])
 
     @classmethod
@@ -99,8 +96,7 @@ class Block(Declaration):
             {
                 "names": [member.name for member in members],
                 "formats": [
-                    (np.int32 if member.glsl.type == "int" else np.float32, member.shape)
-                    for member in members
+                    (np.int32 if member.glsl.type == "int" else np.float32, member.shape) for member in members
                 ],
                 "offsets": [member.offset for member in members],
                 "itemsize": cls.size(),

@@ -133,7 +133,7 @@ class Camera:
         with np.errstate(divide="ignore", invalid="ignore"):
             ndc = clip[:, :3] / clip[:, 3:]
         ndc[clip[:, 3] <= 0] = np.nan
-        return ndc
+        return np.asarray(ndc)
 
 
 def mirror_about(level: float) -> Matrix:
@@ -178,7 +178,7 @@ def rotation_from_angles(yaw: float, pitch: float, roll: float) -> NDArray[np.fl
     about_y = np.array([[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]])
     about_x = np.array([[1, 0, 0], [0, np.cos(p), -np.sin(p)], [0, np.sin(p), np.cos(p)]])
     about_z = np.array([[np.cos(r), -np.sin(r), 0], [np.sin(r), np.cos(r), 0], [0, 0, 1]])
-    return about_y @ about_x @ about_z
+    return np.asarray(about_y @ about_x @ about_z)
 
 
 def compass_direction(azimuth: float, elevation: float) -> NDArray[np.float64]:

@@ -63,7 +63,7 @@ class Sun(Declaration):
     @property
     def radiance(self) -> NDArray[np.float64]:
         """Colour times intensity."""
-        return np.array(self.color) * self.intensity
+        return np.asarray(np.array(self.color) * self.intensity)
 
 
 class Fog(Block):

@@ -51,13 +51,9 @@ def one_of(kind: str, field: str, choices: Mapping[str, type[Declaration]]) -> A
             raise unknown_name(kind, name, choices)
         return data
 
-    tagged = tuple(
-        Annotated[choice, Tag(f"{PREFIX}{name}>")]  # type: ignore[valid-type]
-        for name, choice in choices.items()
-    )
+    tagged = tuple(Annotated[choice, Tag(f"{PREFIX}{name}>")] for name, choice in choices.items())
     return _annotated(Union[tagged], Discriminator(tag), BeforeValidator(known))  # noqa: UP007 - built from data
 
 
 def _annotated(base: Any, discriminator: Discriminator, check: BeforeValidator) -> Any:
     return Annotated[base, discriminator, check]
-

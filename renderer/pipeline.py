@@ -11,21 +11,22 @@ from typing import Self
 from renderer.blocks import Block
 from renderer.camera import Camera
 from renderer.doctor import examine
-from renderer.fingerprint import fingerprint
 from renderer.errors import Cancelled, NoDevice
+from renderer.fingerprint import fingerprint
 from renderer.frame import Frame
 from renderer.gpu.device import Device, Require
 from renderer.gpu.geometry import Uniforms
 from renderer.gpu.target import Target
 from renderer.light import LightBlock
 from renderer.passes.composite import CompositePass
-from renderer.passes.maps import DrawnMap, draw_maps
-from renderer.passes.scene import Stage
-from renderer.passes.shadow import ShadowPass, Shadows
+from renderer.passes.mapping import DrawnMap, draw_maps
+from renderer.passes.shadow import ShadowPass
+from renderer.passes.shadows import Shadows
 from renderer.passes.sky import Sky, SkyPass
+from renderer.passes.stage import Stage
 from renderer.passes.targets import Targets
 from renderer.passes.view import Look, Wind
-from renderer.passes.water import WaterPass
+from renderer.passes.water import Moment, WaterPass
 from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
 from renderer.water.technique import MapSpec
@@ -96,7 +97,7 @@ class Renderer:
         """Draw one sub-frame in linear light; what is returned holds the layer."""
         request, camera, water = instant.request, instant.camera, instant.request.water
         size, samples = (camera.width, camera.height), request.msaa if layer == "color" else 1
-        centre, level = SCENES[request.scene].centre, water.level or 0.0
+        centre = SCENES[request.scene].centre
         self._light(request, instant.time)
         with self._pass("shadow"):
             shadows = self._shadows.draw(stage, request.sun, centre)
@@ -116,17 +117,8 @@ class Renderer:
             look = Look(camera)
             target.begin(None)
             self._bind("look", look.block(shadows.shadow_from_world))
-            self._water.draw(
-                water,
-                look,
-                maps,
-                instant.time,
-                request.period,
-                request.seed,
-                shadow_defines=shadows.defines,
-                shadow_textures=shadows.textures,
-                shows=shows,
-            )
+            moment = Moment(instant.time, request.period, request.seed)
+            self._water.draw(water, moment, look, maps, shadows, shows)
         if samples == 1:
             return target
         resolved = self._targets.lend("resolved", size, has_depth=False)
@@ -180,8 +172,7 @@ class Renderer:
             fragment="passes/scene.frag",
             defines=(*shadows.defines, *fog),
             in_map=spec is not None,
-            keeps=lambda part: (spec is None or part.in_maps)
-            and (objects is None or bool(objects & part.tags)),
+            keeps=lambda part: (spec is None or part.in_maps) and (objects is None or bool(objects & part.tags)),
             textures=shadows.textures,
         )
         if spec is None or spec.draws_sky:

@@ -6,6 +6,7 @@ beside its dotted fields: ``water=luna&water.ripple_scale=0.06,0.03``.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -103,20 +104,21 @@ def _place(data: dict[str, Any], name: str, value: Any) -> FieldProblem | None:
 
 def _value(name: str, text: str) -> Any:
     kinds = _kinds().get(name, frozenset())
+    value: Any = text
     if text == "null" and kinds != {"string"}:
-        return None
-    if kinds and kinds <= {"string"}:
-        return text
-    if kinds and kinds <= {"strings"}:
-        return text.split(",")
-    if text.startswith(("[", "{")):
-        try:
-            return json.loads(text)
-        except (ValueError, RecursionError):
-            return text
-    if "," in text:
-        return [_scalar(item) for item in text.split(",")]
-    return [_scalar(text)] if kinds == {"array"} and NUMBER.match(text) else _scalar(text)
+        value = None
+    elif kinds and kinds <= {"strings"}:
+        value = text.split(",")
+    elif kinds and kinds <= {"string"}:
+        pass
+    elif text.startswith(("[", "{")):
+        with contextlib.suppress(ValueError, RecursionError):
+            value = json.loads(text)
+    elif "," in text or (kinds == {"array"} and NUMBER.match(text)):
+        value = [_scalar(item) for item in text.split(",")]
+    else:
+        value = _scalar(text)
+    return value
 
 
 def _scalar(text: str) -> Any:
@@ -131,7 +133,7 @@ def _scalar(text: str) -> Any:
 
 @cache
 def _kinds() -> dict[str, frozenset[str]]:
-    """What each dotted name may hold, by the JSON schema: ``string``, ``strings``, ``array``, …"""
+    """What each dotted name may hold, by the JSON schema: ``string``, ``strings``, ``array``."""
     schema = FrameRequest.model_json_schema()
     kinds: dict[str, set[str]] = {}
     _collect("", schema, schema.get("$defs", {}), kinds, DEPTH)

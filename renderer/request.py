@@ -33,7 +33,6 @@ LAYERS: tuple[str, ...] = get_args(LayerName)
 FormatName = Literal["png", "jpeg", "webp"]
 
 
-
 class MapsAt(Declaration):
     """When and from where the reflection and refraction maps are drawn, where not as the frame itself."""
 
@@ -50,9 +49,9 @@ class FrameRequest(Declaration):
 
     scene: str = DEFAULT_SCENE
     """The world round the water: a name of the catalogue."""
-    water: AnyWater = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    water: AnyWater = Field(default_factory=dict, validate_default=True)
     """The technique and its parameters, or its name alone."""
-    camera: AnyViewpoint = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    camera: AnyViewpoint = Field(default_factory=dict, validate_default=True)
     """Where the picture is taken from."""
     time: Seconds = Field(0.0, ge=-1e7, le=1e7)
     """Time at which the picture is taken."""
@@ -66,7 +65,7 @@ class FrameRequest(Declaration):
     """The directional light; null is none."""
     ambient: Color = (0.22, 0.25, 0.30)
     """Light from all sides."""
-    sky: AnySky = Field(default_factory=dict, validate_default=True)  # type: ignore[arg-type]
+    sky: AnySky = Field(default_factory=dict, validate_default=True)
     """What stands behind everything. It lights nothing by itself."""
     fog: Fog | None = None
     """Air that scatters light, in the scene and in its reflection; null is none."""

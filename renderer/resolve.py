@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from renderer.lens import LENSES
 from renderer.scene.catalogue import SCENES
 from renderer.scene.entry import SceneEntry
-from renderer.viewpoint import FORMS, LENSES, form_of
+from renderer.viewpoint import FORMS, form_of
 from renderer.water.catalogue import DEFAULT as DEFAULT_TECHNIQUE
 
 

@@ -10,8 +10,8 @@ from pydantic_core import PydanticCustomError
 from pydantic_core.core_schema import ValidationInfo
 
 from renderer.blocks import Declaration
+from renderer.lens import Viewpoint
 from renderer.units import Angle, Number, Point
-from renderer.viewpoint import Viewpoint
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Turntable(Declaration):
 
     @field_validator("loop")
     @classmethod
-    def _whole_turns(cls, loop: bool, info: ValidationInfo) -> bool:
+    def _whole_turns(cls, loop: Any, info: ValidationInfo) -> Any:
         sweep: Any = info.data.get("sweep", 360.0)
         if loop and abs(sweep / 360.0 - round(sweep / 360.0)) > 1e-9:
             raise PydanticCustomError(

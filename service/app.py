@@ -15,8 +15,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from service.artifacts import LocalArtifacts
-from service.engines.catalogue import make_engine
-from service.frames import FrameCache
+from service.engines.catalogue import ENGINES
+from service.frames import Deadlines, FrameCache
 from service.jobs import Jobs
 from service.problems import problem_of
 from service.routes import catalogue, frames, health, jobs, page, schema, turntable
@@ -34,8 +34,17 @@ CLOSING_SECONDS = 2.0
 """Time that running batch frames have once every answer is out; what they don't finish is drawn after the restart."""
 
 
-def create_app(settings: Settings) -> FastAPI:
-    """The service as an ASGI application; its workers start and end with its lifespan."""
+def create_app(parts: Parts) -> FastAPI:
+    """The service as an ASGI application; the parts are closed when it shuts down."""
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        try:
+            yield
+        finally:
+            LOG.info("stopping")
+            await anyio.to_thread.run_sync(close, parts)
+
     app = FastAPI(
         title="Millpond",
         version=release(),
@@ -44,46 +53,38 @@ def create_app(settings: Settings) -> FastAPI:
         redoc_url=None,
         openapi_url=None,
         redirect_slashes=False,
-        lifespan=_lifespan(settings),
+        lifespan=lifespan,
         exception_handlers={HTTPException: _as_problem, RequestValidationError: _as_problem},
     )
-    app.add_middleware(Boundary, settings=settings)
+    app.state.parts = parts
+    app.add_middleware(Boundary, settings=parts.settings)
     for room in (frames, turntable, jobs, catalogue, health, page):
         app.include_router(room.router)
     schema.install(app, release())
     return app
 
 
-def _lifespan(settings: Settings):  # noqa: ANN202 -- FastAPI's own type of a lifespan is private
-    @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        parts = await anyio.to_thread.run_sync(put_together, settings)
-        app.state.parts = parts
-        try:
-            yield
-        finally:
-            LOG.info("stopping")
-            await anyio.to_thread.run_sync(parts.jobs.close)
-            await anyio.to_thread.run_sync(parts.engine.close, CLOSING_SECONDS)
-
-    return lifespan
-
-
 def put_together(settings: Settings) -> Parts:
     """The parts of the service, started: the workers come up in the background."""
     store = settings.data_dir / "artifacts"
     artifacts = LocalArtifacts(store, budget=settings.artifact_bytes)
-    engine = make_engine(
-        "local",
-        artifacts_dir=store,
+    engine = ENGINES["local"](
+        store,
         workers=settings.workers,
         interactive=settings.interactive,
         require=settings.require,
-        max_frames_per_worker=settings.worker_frames,
+        max_frames=settings.worker_frames,
         max_rss=settings.worker_bytes,
     )
     engine.start()
-    cache = FrameCache(engine, artifacts, queue_seconds=settings.limits.queue_seconds)
+    cache = FrameCache(
+        engine,
+        artifacts,
+        queue_seconds=settings.limits.queue_seconds,
+        deadlines=Deadlines(settings.deadline_seconds, settings.deadline_factor),
+        memory=settings.memory_bytes,
+        ready_seconds=settings.ready_seconds,
+    )
     work = Jobs(
         settings.database_url,
         cache,
@@ -94,6 +95,12 @@ def put_together(settings: Settings) -> Parts:
     )
     work.start()
     return Parts(settings, engine, cache, work, time.monotonic())
+
+
+def close(parts: Parts) -> None:
+    """End the work and the workers; what a job had under way is drawn after the next start."""
+    parts.jobs.close()
+    parts.engine.close(CLOSING_SECONDS)
 
 
 async def _as_problem(request: Request, error: Exception) -> Response:

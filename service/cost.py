@@ -38,7 +38,7 @@ class CostModel:
 
 
 def _kind(request: FrameRequest) -> tuple[str, str]:
-    return request.scene, request.water.technique
+    return request.scene, type(request.water).__name__
 
 
 def _work(request: FrameRequest) -> float:

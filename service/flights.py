@@ -7,6 +7,7 @@ a second death sets its key aside. When the last waiter leaves, the frame is can
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
@@ -73,14 +74,25 @@ class Ticket:
 
 
 class Flights:
-    """All frames on their way; thread-safe. ``queue_seconds`` bounds the predicted interactive work."""
+    """All frames on their way; thread-safe.
 
-    def __init__(self, engine: Engine, cost: CostModel, deadlines: Deadlines, queue_seconds: float) -> None:
+    ``queue_seconds`` bounds the predicted interactive work; ``on_drawn`` is told of each frame that was drawn.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        cost: CostModel,
+        deadlines: Deadlines,
+        queue_seconds: float,
+        on_drawn: Callable[[FrameRequest, FrameReport], None],
+    ) -> None:
         self.counts = FlightCounts()
         self._engine = engine
         self._cost = cost
         self._deadlines = deadlines
         self._queue_seconds = queue_seconds
+        self._on_drawn = on_drawn
         self._lock = threading.RLock()
         self._flights: dict[str, Flight] = {}
         self._poison = PoisonCabinet()
@@ -177,7 +189,7 @@ class Flights:
         self._poison.clear(flight.task.key)
         if report.timings:
             self.counts.drawn += 1
-            self._cost.learn(flight.request, report.timings["render"] + report.timings["encode"])
+            self._on_drawn(flight.request, report)
         return report
 
 

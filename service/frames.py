@@ -34,7 +34,7 @@ class StoredFrame:
     data: bytes = field(repr=False)
     media_type: str
     driver: str
-    is_hit: bool = True
+    hit: bool = True
     """Whether nothing was drawn for this answer."""
     timings: Mapping[str, float] = field(default_factory=dict)
     """Seconds: ``queue``, ``render``, ``encode``; empty on a hit."""
@@ -60,7 +60,7 @@ class FrameCache:
         self.engine = engine
         self.artifacts = artifacts
         self.cost = CostModel()
-        self.flights = Flights(engine, self.cost, deadlines or Deadlines(), queue_seconds)
+        self.flights = Flights(engine, self.cost, deadlines or Deadlines(), queue_seconds, self._drawn)
         self.hits = 0
         """Frames answered without drawing."""
         self._ready_seconds = ready_seconds
@@ -88,7 +88,9 @@ class FrameCache:
         key = request.key()
         for _ in range(2):  # a frame may be evicted between its report and its reading
             with suppress(ArtifactMissing):
-                stored = self._shelf.take(self._name(key)) or await asyncio.to_thread(self.read, request, key)
+                stored = self._shelf.take(self._name(key))
+                if stored is None:
+                    stored = await asyncio.to_thread(self.read, request, key)
                 self.hits += 1
                 return stored
             ticket = self.flights.join(request, key, lane)
@@ -98,7 +100,7 @@ class FrameCache:
                 ticket.leave()
             with suppress(ArtifactMissing):
                 stored = await asyncio.to_thread(self.read, request, key)
-                return replace(stored, is_hit=not report.timings, timings=report.timings)
+                return replace(stored, hit=not report.timings, timings=report.timings)
         raise ArtifactMissing(key)
 
     async def sequence(self, requests: Sequence[FrameRequest], lane: Lane = Lane.BATCH) -> AsyncIterator[StoredFrame]:
@@ -109,10 +111,10 @@ class FrameCache:
                 ahead.append(asyncio.create_task(self.frame(request, lane)))
                 if len(ahead) > self.engine.capacity:
                     yield await ahead[0]
-                    ahead.popleft()
+                    del ahead[0]
             while ahead:
                 yield await ahead[0]
-                ahead.popleft()
+                del ahead[0]
         finally:
             for task in ahead:
                 task.cancel()
@@ -151,6 +153,10 @@ class FrameCache:
         stored = StoredFrame(key, of, artifact.digest, data, media_type, self.engine.driver)
         self._shelf.put(artifact.name, stored)
         return stored
+
+    def _drawn(self, request: FrameRequest, report: FrameReport) -> None:
+        self.cost.learn(request, report.timings["render"] + report.timings["encode"])
+        self.artifacts.grew(report.size)
 
     def _name(self, key: str) -> str:
         return artifact_name(key, self.fingerprint)

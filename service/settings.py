@@ -46,6 +46,13 @@ def state_folder() -> Path:
     return (Path(home) if home else Path.home() / ".local" / "state") / "millpond"
 
 
+def unknown_variables() -> tuple[str, ...]:
+    """Variables that look like settings and are none: a misspelt one would else be ignored in silence."""
+    caps = {f"{PREFIX}LIMITS__{name.upper()}" for name in Limits.model_fields}
+    known = {f"{PREFIX}CONFIG", f"{PREFIX}CACHE", *caps, *(f"{PREFIX}{name.upper()}" for name in Settings.model_fields)}
+    return tuple(sorted(name for name in os.environ if name.startswith(PREFIX) and name not in known))
+
+
 class Limits(BaseModel):
     """Every cap of the service; what lies past one is refused with 422 or 413, or 503 where it is the queue."""
 

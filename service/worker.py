@@ -173,7 +173,7 @@ class Worker:
         return WorkerFacts(
             pid=os.getpid(),
             driver=self._renderer.driver,
-            software=self._renderer.software,
+            software=self._renderer.is_software,
             fingerprint=self._renderer.fingerprint,
             canary=hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest(),
             canary_error=_difference(pixels, CANARY_REFERENCE),

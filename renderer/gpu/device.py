@@ -16,6 +16,7 @@ import moderngl
 from renderer.blocks import Block
 from renderer.errors import DrawError, NoDevice, ShaderError, WrongThread
 from renderer.gpu.opengl import GL_LOWER_LEFT, GL_ZERO_TO_ONE, OpenGL
+from renderer.gpu.probe import device_settings
 from renderer.gpu.program import Program
 from renderer.gpu.source import Source, preprocess
 
@@ -36,7 +37,7 @@ class Device:
         """How many buffers, textures and framebuffers exist: flat while frames are drawn."""
         self._programs: dict[Any, Program] = {}
         self._bindings: dict[str, int] = {}
-        self.context.gc_mode = None
+        # Nothing is collected behind our back: what is made here is released here.
         if not self.opengl.has("glClipControl"):
             raise NoDevice(f"{self.driver} offers no glClipControl (OpenGL 4.5)")
         # Reversed depth in a 0..1 clip range: a float then resolves a shoreline from 1 cm to 60 km.
@@ -120,12 +121,7 @@ def _open(require: Require) -> moderngl.Context:
     software: moderngl.Context | None = None
     for index in range(MAX_DEVICES):
         try:
-            context = moderngl.create_context(
-                require=OPENGL,
-                standalone=True,
-                backend="egl",
-                device_index=index,
-            )
+            context = moderngl.create_context(OPENGL, standalone=True, **device_settings(index))
         except Exception as error:  # noqa: BLE001 - moderngl raises bare Exceptions for every failure
             failures.append(f"device {index}: {error}")
             if "requested device index" in str(error) or "not loaded" in str(error):

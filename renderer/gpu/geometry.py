@@ -37,8 +37,7 @@ class Geometry:
         if key not in self._arrays:
             used = program.attributes()
             layout = " ".join(
-                form if name in used else f"{int(form[0]) * int(form[-1])}x"
-                for name, form in FORMATS.items()
+                form if name in used else f"{int(form[0]) * int(form[-1])}x" for name, form in FORMATS.items()
             )
             names = [name for name in FORMATS if name in used]
             self._arrays[key] = self.device.context.vertex_array(

@@ -25,22 +25,18 @@ class Program:
         self.device = device
         self.program = program
         self.samplers: dict[str, int] = {}
-        self.blocks: frozenset[str] = frozenset()
-        blocks: set[str] = set()
         for name in program:
             member = program[name]
             if isinstance(member, moderngl.UniformBlock):
                 member.binding = device.binding(name)
-                blocks.add(name)
             elif isinstance(member, moderngl.Uniform) and _is_sampler(member):
                 member.value = self.samplers.setdefault(name, len(self.samplers))
-        self.blocks = frozenset(blocks)
-        self._vertex_arrays: dict[int, moderngl.VertexArray] = {}
 
     def __setitem__(self, uniform: str, value: Any) -> None:
         """Set a plain uniform; one that the compiler dropped is left alone."""
-        if uniform in self.program:
-            self.program[uniform].value = value
+        member = self.program.get(uniform, None)
+        if isinstance(member, moderngl.Uniform):
+            member.value = value
 
     def bind(self, textures: Mapping[str, Bindable]) -> None:
         """Put each texture on the unit of the sampler of its name; names without a sampler are skipped."""

@@ -98,3 +98,35 @@ class Target:
         if self.color is None:
             raise TypeError("a multisampled target has no texture; copy it to one that has")
         return self.color
+
+
+class DepthTexture:
+    """A depth buffer that shaders read by comparison: what a shadow map is."""
+
+    def __init__(self, device: Device, side: int) -> None:
+        device.check_thread()
+        self.device, self.side = device, side
+        self.texture = device.context.depth_texture((side, side))
+        self.texture.compare_func = ">="
+        self.texture.repeat_x = self.texture.repeat_y = False
+        self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+        self.framebuffer = device.context.framebuffer(depth_attachment=self.texture)
+        device.live += 2
+
+    def begin(self) -> None:
+        """Draw into the buffer from now on, cleared to the farthest depth."""
+        self.device.check_thread()
+        self.framebuffer.use()
+        self.framebuffer.viewport = (0, 0, self.side, self.side)
+        self.framebuffer.clear(depth=0.0)
+
+    def bind(self, unit: int) -> None:
+        """Put the texture on this unit."""
+        self.texture.use(unit)
+
+    def release(self) -> None:
+        """Free texture and framebuffer."""
+        self.device.check_thread()
+        self.framebuffer.release()
+        self.texture.release()
+        self.device.live -= 2

@@ -12,6 +12,7 @@ from renderer.gpu.geometry import Screen
 from renderer.gpu.target import Target
 from renderer.light import ToneMap
 
+
 class CompositePass:
     """Averages sub-frames, maps tones, dithers, and reads the bytes back with the top row first."""
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,9 +9,10 @@ from renderer.camera import Camera, Lens, look_at
 from renderer.gpu.device import Device
 from renderer.gpu.geometry import Uniforms
 from renderer.gpu.opengl import GL_DEPTH_CLAMP, GL_POLYGON_OFFSET_FILL
-from renderer.gpu.texture import GpuTexture
+from renderer.gpu.target import DepthTexture
 from renderer.light import Sun
-from renderer.passes.scene import Stage
+from renderer.passes.shadows import NO_SHADOWS, Shadows
+from renderer.passes.stage import Stage
 from renderer.passes.view import Look
 
 SIZE = 2048
@@ -25,50 +23,6 @@ DEPTH = 150.0
 """Metres along the sun's rays, before and behind the centre."""
 KEPT = 4
 UNIT_FROM_NDC = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
-
-
-class ShadowTexture:
-    """A depth texture that compares."""
-
-    def __init__(self, device: Device) -> None:
-        self.texture = device.context.depth_texture((SIZE, SIZE))
-        self.texture.compare_func = ">="
-        self.texture.repeat_x = self.texture.repeat_y = False
-        self.texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        self.framebuffer = device.context.framebuffer(depth_attachment=self.texture)
-        self.device = device
-        device.live += 2
-
-    def bind(self, unit: int) -> None:
-        """Put the texture on this unit."""
-        self.texture.use(unit)
-
-    def release(self) -> None:
-        """Free texture and framebuffer."""
-        self.framebuffer.release()
-        self.texture.release()
-        self.device.live -= 2
-
-
-@dataclass(frozen=True, eq=False)
-class Shadows:
-    """The shadows of one sun."""
-
-    texture: ShadowTexture | None
-    shadow_from_world: NDArray[np.float64]
-
-    @property
-    def defines(self) -> tuple[str, ...]:
-        """The names that choose the shadowed code."""
-        return ("HAS_SHADOWS",) if self.texture else ()
-
-    @property
-    def textures(self) -> dict[str, GpuTexture | ShadowTexture]:
-        """The sampler's texture."""
-        return {"shadow_map": self.texture} if self.texture else {}
-
-
-NO_SHADOWS = Shadows(None, np.eye(4))
 
 
 class ShadowPass:
@@ -87,7 +41,7 @@ class ShadowPass:
         if key in self._kept:
             self._kept[key] = self._kept.pop(key)
             return self._kept[key]
-        texture = self._oldest() if len(self._kept) >= KEPT else ShadowTexture(self.device)
+        texture = self._oldest() if len(self._kept) >= KEPT else DepthTexture(self.device, SIZE)
         camera = sun_camera(sun.towards, centre)
         look = Look(camera)
         shadows = Shadows(texture, UNIT_FROM_NDC @ camera.clip_from_world)
@@ -96,9 +50,7 @@ class ShadowPass:
             self._view = Uniforms(self.device, block)
         self._view.write(block)
         self._view.bind()
-        texture.framebuffer.use()
-        texture.framebuffer.viewport = (0, 0, SIZE, SIZE)
-        texture.framebuffer.clear(depth=0.0)
+        texture.begin()
         context = self.device.context
         context.enable_direct(GL_POLYGON_OFFSET_FILL)
         context.enable_direct(GL_DEPTH_CLAMP)
@@ -116,10 +68,8 @@ class ShadowPass:
         self._kept[key] = shadows
         return shadows
 
-    def _oldest(self) -> ShadowTexture:
-        shadows = self._kept.pop(next(iter(self._kept)))
-        assert shadows.texture is not None  # only drawn shadows are kept
-        return shadows.texture
+    def _oldest(self) -> DepthTexture:
+        return self._kept.pop(next(iter(self._kept))).texture or DepthTexture(self.device, SIZE)
 
     def forget(self, name: str) -> None:
         """Drop the shadows of a scene that leaves the device."""

@@ -11,7 +11,7 @@ from renderer.gpu.texture import GpuTexture
 from renderer.light import Fog, LightBlock
 from renderer.passes.view import ViewBlock
 from renderer.request import FrameRequest
-from renderer.scene.sky import ConstantSky, GradientSky, AnalyticSky
+from renderer.scene.sky import AnalyticSky, ConstantSky, GradientSky
 
 SKY_BLOCKS = (ConstantSky, GradientSky, AnalyticSky)
 
@@ -45,7 +45,8 @@ class SkyPass:
         """Draw the sky into the current target where nothing stands."""
         program = self.device.program(
             "passes/fullscreen.vert",
-            "passes/sky.frag", aliases={"SkyLight": "lib/noise.glsl"},
+            "passes/sky.frag",
+            aliases={"SkyLight": "lib/noise.glsl"},
             defines=(sky.define, *defines),
             blocks=(ViewBlock, LightBlock, Fog, *SKY_BLOCKS),
         )

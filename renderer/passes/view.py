@@ -85,7 +85,7 @@ class Look:
             clip_from_world=flat(self.camera.clip_from_world),
             ray_from_ndc=flat(self.camera.ray_from_ndc),
             shadow_from_world=flat(shadow_from_world),
-            eye=tuple(float(v) for v in self.camera.eye),
+            eye=quadruple(self.camera.eye),
             clip_plane=self.clip_plane,
         )
 
@@ -108,8 +108,12 @@ class Look:
         return np.asarray(np.linalg.norm(nearest - eye, axis=1))
 
 
+def quadruple(vector: NDArray[np.float64]) -> tuple[float, float, float, float]:
+    """A vector of four as the tuple that a block takes."""
+    x, y, z, w = (float(v) for v in vector)
+    return x, y, z, w
+
+
 def flat(matrix: NDArray[np.float64]) -> tuple[float, ...]:
     """A matrix as the row-major tuple that a block takes."""
     return tuple(float(v) for v in matrix.flat)
-
-

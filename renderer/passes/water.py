@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from renderer.blocks import Block
 from renderer.gpu.device import Device
 from renderer.gpu.geometry import Screen, Uniforms
-from renderer.gpu.program import Bindable
 from renderer.gpu.texture import GpuTexture, upload
 from renderer.light import LightBlock
-from renderer.passes.maps import DrawnMap, eye_side
+from renderer.passes.mapping import DrawnMap, eye_side
+from renderer.passes.shadows import Shadows
 from renderer.passes.view import Look, ViewBlock, WaterPlane, flat
 from renderer.scene.material import Texture
 from renderer.water.technique import Technique
 
 QUAD = 6
 KEPT_TEXTURES = 8
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When the water is drawn, and from which seed."""
+
+    time: float
+    period: float | None
+    seed: int
 
 
 class WaterPass:
@@ -31,19 +41,14 @@ class WaterPass:
     def draw(
         self,
         water: Technique,
+        moment: Moment,
         look: Look,
         maps: Mapping[str, DrawnMap],
-        time: float,
-        period: float | None,
-        seed: int,
-        *,
-        shadow_defines: tuple[str, ...],
-        shadow_textures: Mapping[str, Bindable],
+        shadows: Shadows,
         shows: tuple[str, ...] = (),
     ) -> None:
         """Draw the water into the current target, behind what stands before it."""
-        level, extents = water.level or 0.0, water.extents
-        assert extents is not None  # a resolved request names them
+        level, extents = water.level or 0.0, water.extents or (0.0, 0.0, 0.0, 0.0)
         plane = WaterPlane(
             reflection_from_world=flat(maps["reflection"].clip_from_world),
             refraction_from_world=flat(maps["refraction"].clip_from_world),
@@ -51,11 +56,11 @@ class WaterPass:
             level=level,
             side=eye_side(look.camera, level),
         )
-        blocks: tuple[Block, ...] = (plane, water, *water.blocks(time, period))
+        blocks: tuple[Block, ...] = (plane, water, *water.blocks(moment.time, moment.period))
         program = self.device.program(
             "passes/water.vert",
             "passes/water.frag",
-            defines=(*water.defines(period), *shadow_defines, *shows),
+            defines=(*water.defines(moment.period), *shadows.defines, *shows),
             blocks=(ViewBlock, LightBlock, *(type(block) for block in blocks)),
             aliases={"technique": water.shader},
         )
@@ -63,9 +68,9 @@ class WaterPass:
             self._bind(block)
         program.bind(
             {
-                **{name: self._texture(source) for name, source in water.textures(seed).items()},
+                **{name: self._texture(source) for name, source in water.textures(moment.seed).items()},
                 **{f"{name}_map": drawn.target.texture for name, drawn in maps.items()},
-                **shadow_textures,
+                **shadows.textures,
             },
         )
         context = self.device.context

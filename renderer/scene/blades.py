@@ -121,7 +121,7 @@ def _soft_normals(ahead: Array, flat: Array, lift: float) -> Array:
     face *= np.where(face[..., 1:2] < 0, -1.0, 1.0)
     face = np.concatenate([face, face[:, -1:]], axis=1)
     sides = np.stack([face[:, :-1] - 0.4 * flat, face[:, :-1] + 0.4 * flat], axis=2)
-    normal = np.concatenate([sides.reshape(len(face), -1, 3), face[:, -1:]], axis=1)
+    normal = np.concatenate([sides.reshape(len(face), 2 * ahead.shape[1], 3), face[:, -1:]], axis=1)
     normal = normal + [0.0, lift, 0.0]
     return np.asarray(normal / np.linalg.norm(normal, axis=2, keepdims=True))
 

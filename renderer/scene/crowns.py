@@ -69,7 +69,7 @@ SPECIES: Mapping[Kind, Species] = {
     ),
     "pine": Species(
         11.0, 0.26, 0.52, 0.92, 0.45, 11, 0.5, 0.5, 13, 1.6, ("pine",), 0.021, 0.8, lean=0.1,
-        bark=(1.5, 0.95, 0.65),
+        bark=(1.35, 0.95, 0.7),
     ),
     "spruce": Species(
         12.0, 0.2, 0.06, 0.93, 0.04, 1, 1.0, 1.0, 130, 1.35, ("spruce",), 0.016, 1.15, hanging=True, lean=0.02

@@ -1,7 +1,7 @@
 """The ground's one colour texture: grass, sand, gravel, path, mud and shade, baked once.
 
-Colours are stored as square roots of linear values in rgb; alpha says which of the detail texture's
-two patterns belongs there (1 grass, 0 stones and sand).
+Colours are stored as square roots of linear values in rgb; alpha says how much of which of the detail
+texture's two patterns shows there: 0 pebbles, 1 grass, plain halfway.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LUSH = (0.078, 0.108, 0.034)
 _FRESH = (0.128, 0.150, 0.050)
 _DEEP = (0.044, 0.070, 0.026)
 _DRY = (0.205, 0.180, 0.090)
-_SOIL = (0.130, 0.095, 0.060)
+_SOIL = (0.128, 0.104, 0.074)
 _SAND = (0.400, 0.325, 0.215)
 _GRAVEL = (0.265, 0.245, 0.210)
 _PALE = (0.400, 0.375, 0.330)
@@ -67,7 +67,7 @@ def ground_colors(
     color = _mixed(color, _DEEP, 0.75 * _ramp(0.15, 0.9, 0.8 * medium - 0.6 * broad))
     color = _mixed(color, _DRY, 0.55 * _ramp(0.45, 1.25, 0.7 * medium + 0.8 * broad + 0.3 * fine))
     color = _mixed(color, _LITTER, 0.75 * _ramp(0.35, 0.9, woods + 0.3 * medium + 0.1 * fine))
-    color *= (1 + np.float32(0.20) * fine)[..., None]
+    color *= (1 + np.float32(0.30) * fine + np.float32(0.12) * stain)[..., None]
     grass = 1 - 0.6 * _ramp(0.4, 0.9, woods + 0.3 * medium)
 
     worn = _path_share(texels, paths) + 0.28 * fine + 0.16 * medium
@@ -99,7 +99,8 @@ def ground_colors(
     color *= _light_share(texels, shades)[..., None]
     image = np.empty((size, size, 4), np.uint8)
     image[..., :3] = np.sqrt(np.clip(color, 0, 1)) * 255 + 0.5
-    image[..., 3] = np.clip(grass, 0, 1) * 255 + 0.5
+    rough = (1 - grass) * (0.3 + 0.7 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
+    image[..., 3] = np.clip(0.5 + 0.5 * grass - 0.5 * rough, 0, 1) * 255 + 0.5
     return image
 
 

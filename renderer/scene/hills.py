@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 VALLEY = (-0.91, -0.41)
 """Direction, (x, z), of the gap in the near ridges through which the mountains are seen."""
 
-NEAR_ROWS = (80, 92, 104, 116, 126, 134, 142, 152, 175, 205, 240, 275, 305, 330, 352, 372, 400)
+NEAR_ROWS = (80, 96, 112, 126, 138, 147, 154, 160, 166, 178, 205, 240, 275, 305, 328, 344, 358, 375, 400)
 FAR_ROWS = (400, 560, 700, 830, 940, 1030, 1110, 1180, 1300)
 """Distances of the sheet's rows, metres: those near enough to show trees, and the others."""
 
@@ -46,7 +46,7 @@ class Ridge:
 
 
 RIDGES = (
-    Ridge(136.0, 62.0, 6.5, 0.7, 0.9),
+    Ridge(158.0, 66.0, 7.5, 0.7, 0.9),
     Ridge(345.0, 130.0, 19.0, 0.8, 0.75),
     Ridge(1080.0, 420.0, 78.0, 0.7, 0.0),
 )
@@ -62,7 +62,8 @@ def far_height(x: Array, z: Array, seed: int) -> Array:
     gap = np.clip((towards - 0.80) / 0.17, 0, 1)
     gap = gap * gap * (3 - 2 * gap)
     for number, ridge in enumerate(RIDGES):
-        shape = point_fbm(direction, 0.75 - 0.15 * number, seed + 11 * number + 3, octaves=5)
+        shape = point_fbm(direction, 0.75 - 0.15 * number, seed + 11 * number + 3, octaves=4)
+        shape += 0.3 * point_fbm(points, 0.3 * ridge.width, seed + 11 * number + 5, octaves=3)
         crest = ridge.crest * (1 + 0.06 * point_noise(direction, 0.5, seed + 11 * number + 7))
         slope = np.clip(1 - np.abs(distance - crest) / ridge.width, 0, 1)
         slope = slope * slope * (3 - 2 * slope)
@@ -80,7 +81,7 @@ def hill_sheet(seed: int, rows: tuple[int, ...], columns: int, sectors: int) -> 
     x, z = away[:, None] * direction[:, 0], away[:, None] * direction[:, 1]
     height = far_height(x, z, seed)
     height += _treetops(x, z, away, seed)
-    height -= 0.9 * np.clip((145 - away) / 20, 0, 1)[:, None]
+    height -= 0.4 * np.clip((150 - away) / 20, 0, 1)[:, None]
     position = np.stack([x, height, z], axis=2)
     color = _colors(x, z, height, away, seed)
     wide = columns // sectors
@@ -90,15 +91,14 @@ def hill_sheet(seed: int, rows: tuple[int, ...], columns: int, sectors: int) -> 
 
 
 def _treetops(x: Array, z: Array, rows: Array, seed: int) -> Array:
-    """The unevenness of a wooded skyline, metres, more where a crest is seen against the sky."""
+    """The unevenness of a wooded skyline, metres, where a crest is seen against the sky."""
     points = np.stack([x.ravel(), z.ravel()], axis=1)
-    near = point_noise(points, 3.1, seed + 61) + 0.6 * point_noise(points, 1.5, seed + 62)
-    middle = point_noise(points, 7.0, seed + 63) + 0.5 * point_noise(points, 3.3, seed + 64)
-    far = point_noise(points, 40.0, seed + 65)
+    near = point_noise(points, 3.6, seed + 61) + 0.5 * point_noise(points, 1.7, seed + 62)
+    middle = point_noise(points, 6.0, seed + 63) + 0.5 * point_noise(points, 3.0, seed + 64)
     band = rows[:, None]
-    amount = np.where(band < 160, 1.3 * near.reshape(x.shape), 2.0 * middle.reshape(x.shape))
-    amount = np.where(band > 450, 3.0 * far.reshape(x.shape), amount)
-    return np.where(band > 95, amount, 0.0)
+    at_near = np.clip(1 - np.abs(band - 158) / 22, 0, 1)
+    at_middle = np.clip(1 - np.abs(band - 345) / 45, 0, 1)
+    return 0.7 * at_near * near.reshape(x.shape) + 1.1 * at_middle * middle.reshape(x.shape)
 
 
 def _colors(x: Array, z: Array, height: Array, rows: Array, seed: int) -> Array:
@@ -111,8 +111,9 @@ def _colors(x: Array, z: Array, height: Array, rows: Array, seed: int) -> Array:
     color = color + (_MEADOW - color) * is_open[:, :, None]
     bare = np.clip((height - 60) / 40, 0, 1) * np.clip((rows[:, None] - 500) / 100, 0, 1)
     color = color + (_ROCK - color) * (0.7 * bare)[:, :, None]
-    air = 1 - np.exp(-np.maximum(rows - 60, 0) / 620.0)
-    return color + (_AIR - color) * (0.93 * air)[:, None, None]
+    # Haze lies low: the feet of far mountains fade into it.
+    air = 1 - np.exp(-np.maximum(rows - 60, 0)[:, None] / (560.0 + 5 * np.maximum(height, 0)))
+    return color + (_AIR - color) * (0.95 * air)[:, :, None]
 
 
 def _strip(position: Array, color: Array) -> Mesh:

@@ -40,10 +40,10 @@ class Foliage:
     """Depth of the lobes of the margin, 0 (smooth) to 0.4 (oak)."""
 
 
-OAK = Foliage((116, 140, 60), 0.112, 0.56, 27, 7, 0.12, 0.22)
-ALDER = Foliage((98, 132, 66), 0.098, 0.8, 26, 7, 0.1)
-BIRCH = Foliage((142, 160, 74), 0.074, 0.76, 27, 9, 0.35)
-SHRUB = Foliage((112, 144, 82), 0.088, 0.5, 28, 8, 0.0)
+OAK = Foliage((116, 140, 60), 0.112, 0.6, 40, 7, 0.12, 0.22)
+ALDER = Foliage((98, 132, 66), 0.098, 0.84, 38, 7, 0.1)
+BIRCH = Foliage((142, 160, 74), 0.076, 0.78, 40, 9, 0.35)
+SHRUB = Foliage((112, 144, 82), 0.09, 0.55, 42, 8, 0.0)
 
 
 class Canvas:
@@ -83,9 +83,9 @@ def cluster(seed: int, texels: int, look: Foliage) -> NDArray[np.float32]:
     leaves: list[tuple[float, NDArray[np.float64], float, float]] = []
     turns = (np.arange(look.twigs) + rng.uniform(-0.3, 0.3, look.twigs)) * 2 * np.pi / look.twigs
     for turn in turns:
-        reach = rng.uniform(0.16, 0.34)
+        reach = rng.uniform(0.14, 0.33)
         bend = rng.uniform(-0.7, 0.7)
-        start = 0.5 + rng.normal(0, 0.1, 2)
+        start = 0.5 + np.clip(rng.normal(0, 0.12, 2), -0.25, 0.25)
         along = np.linspace(0, 1, look.leaves + 1)
         heading = turn + bend * along
         steps = np.stack([np.cos(heading), np.sin(heading)], axis=1) * reach / look.leaves
@@ -139,7 +139,7 @@ def willow(seed: int, texels: int) -> NDArray[np.float32]:
     """Hanging strands of narrow leaves; the cell is stretched to a tall card."""
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
-    strands = 11
+    strands = 14
     order = rng.permutation(strands)
     for rank, strand in enumerate(order):
         depth = rank / (strands - 1)
@@ -153,7 +153,7 @@ def willow(seed: int, texels: int) -> NDArray[np.float32]:
             for side in (-1, 1):
                 shade = 0.58 + 0.5 * depth + rng.normal(0, 0.06)
                 angle = -np.pi / 2 + side * rng.uniform(0.15, 0.7)
-                size = rng.uniform(0.06, 0.1) * (1.1 - 0.5 * k / len(path))
+                size = rng.uniform(0.07, 0.11) * (1.1 - 0.5 * k / len(path))
                 draw_leaf(canvas, node, angle, size, 0.26, tinted((148, 162, 88), shade, rng.normal(0, 0.05)))
     return canvas.texture()
 
@@ -163,13 +163,13 @@ def pine(seed: int, texels: int) -> NDArray[np.float32]:
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
     tufts = []
-    for _ in range(40):
+    for _ in range(52):
         turn, reach = rng.uniform(0, 2 * np.pi), 0.36 * np.sqrt(rng.uniform(0.02, 1))
         tufts.append((rng.uniform(), 0.5 + reach * np.cos(turn), 0.46 + 0.8 * reach * np.sin(turn)))
     for depth, x, y in sorted(tufts):
         centre = np.array([x, y])
         canvas.line(np.array([[0.5, 0.4], [x, y]]), (92, 66, 46), 0.007)
-        for _ in range(52):
+        for _ in range(60):
             angle = np.pi / 2 + rng.normal(0, 0.95)
             length = rng.uniform(0.06, 0.12)
             shade = 0.48 + 0.5 * depth + 0.12 * np.sin(angle) + rng.normal(0, 0.06)

@@ -27,6 +27,7 @@ TEXELS = 256
 GRID = 4
 """Cells in a row and rows of the atlas."""
 CUTOFF = 0.5
+SPARED = 0.004
 
 LEAVES = Material(
     "leaves", "foliage", albedo_map="foliage", alpha_cutoff=CUTOFF, is_two_sided=True, translucency=0.5
@@ -94,12 +95,16 @@ def bark() -> Texture:
 
 @lru_cache(maxsize=None)
 def hull(cell: str) -> NDArray[np.float64]:
-    """The octagon round a cell's drawing: (8, 2) cell coordinates, counter-clockwise."""
+    """The octagon round a cell's drawing: (8, 2) cell coordinates, counter-clockwise.
+
+    A few outermost tips are cut off (``SPARED`` of the texels a side): the corners they would open are
+    empty, and empty pixels cost as much as leaves.
+    """
     rows, columns = np.nonzero(_painted()[cell][..., 3] > 0.25)
     s, t = (columns + 0.5) / TEXELS, 1 - (rows + 0.5) / TEXELS
     turns = np.arange(8) * np.pi / 4
     axes = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    reach = (np.stack([s, t], axis=1) @ axes.T).max(axis=0) + 1.0 / TEXELS
+    reach = np.quantile(np.stack([s, t], axis=1) @ axes.T, 1 - SPARED, axis=0) + 1.0 / TEXELS
     corners = [
         np.linalg.solve(axes[[k, (k + 1) % 8]], reach[[k, (k + 1) % 8]]) for k in range(8)
     ]

@@ -59,7 +59,7 @@ class Material:
             "HAS_ALBEDO_MAP": self.albedo_map is not None,
             "HAS_DETAIL_MAP": self.detail_map is not None,
             "HAS_ALPHA_CUTOFF": self.alpha_cutoff > 0,
-            "IS_TWO_SIDED": self.is_two_sided,
+            "TURNS_BACK_FACES": self.is_two_sided and self.shader != "foliage",
             "HAS_TRANSLUCENCY": self.translucency > 0,
         }
         return tuple(name for name, is_set in flags.items() if is_set)

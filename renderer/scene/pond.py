@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.scene import bake, ground, hills, jetty, rocks, terrain, textures
+from renderer.scene import bake, ground, hills, jetty, leaves, planting, rocks, terrain, textures
 from renderer.scene.entry import SceneEntry
 from renderer.scene.material import Material, Texture
 from renderer.scene.mesh import Mesh
@@ -85,6 +85,11 @@ class Land:
         """Signed distance from the waterline in metres, positive on land."""
         return terrain.sampled(AXIS, self.shore.distance, x, z)
 
+    def meadow(self, x: NDArray[np.floating], z: NDArray[np.floating]) -> NDArray[np.float64]:
+        """How well grass grows, 0 to 1: not on sand, on stones or on a path."""
+        bare = np.maximum(self.shore.sand, self.shore.stones) * (self.shore.distance < 3.0)
+        return 1 - terrain.sampled(AXIS, bare, x, z)
+
 
 def load(directory: Path | None = None) -> Scene:
     """The scene, from the bakes in ``directory`` (the user's cache, if none is given)."""
@@ -95,8 +100,10 @@ def load(directory: Path | None = None) -> Scene:
 def build() -> Scene:
     """The scene from its seed alone."""
     land = shape_land()
-    objects = [*terrain_objects(land), *rock_objects(land), *jetty_objects(land), *hill_objects()]
-    return Scene("pond", tuple(objects), {texture.name: texture for texture in draw_textures(land)})
+    plants = planting.planting(SEED, land.height, land.meadow)
+    objects = [*plants, *rock_objects(land), *jetty_objects(land), *terrain_objects(land), *hill_objects()]
+    images = (*draw_textures(land), leaves.atlas(), leaves.bark())
+    return Scene("pond", tuple(objects), {texture.name: texture for texture in images})
 
 
 def shape_land() -> Land:
@@ -116,10 +123,13 @@ def terrain_objects(land: Land) -> list[SceneObject]:
     seen = 1 / (0.25 + away / 12) * np.where(height < -0.8, 0.45, 1.0)
     step = np.clip(0.7 + away / 14, 0.7, 9.0) / AXIS.spacing[:, None]
     error = terrain.split_errors(height, seen.astype(np.float32), step.astype(np.float32))
+    sunk = height.copy()
+    sunk[[0, -1]] -= 4.0  # a skirt, so that no gap shows where the hills' sheet takes over
+    sunk[:, [0, -1]] -= 4.0
     x, z = np.meshgrid(world, world)
     side = np.linspace(0, 1, AXIS.count)
     vertices = Mesh(
-        np.stack([x, height, z], axis=2).reshape(-1, 3),
+        np.stack([x, sunk, z], axis=2).reshape(-1, 3),
         terrain.grid_normals(AXIS, height).reshape(-1, 3),
         np.stack(np.meshgrid(side, side), axis=2).reshape(-1, 2),
         np.broadcast_to(np.array([1, 1, 1, 0], np.float32), (AXIS.count**2, 4)),
@@ -140,7 +150,7 @@ def rock_objects(land: Land) -> list[SceneObject]:
     tags = frozenset({"rock"})
     parts = []
     for number, boulder in enumerate(land.boulders):
-        level = 3 if max(boulder.size) > 0.7 else 2
+        level = 2 + (max(boulder.size) > 0.55) + (max(boulder.size) > 1.2)
         full, plain = (rocks.stones([boulder], SEED + 211 * number, detail, land.height) for detail in (level, level - 1))
         parts.append(SceneObject(f"boulder {number}", full, ROCK, tags, map_mesh=plain))
     for quarter in range(4):

@@ -42,8 +42,8 @@ def thicket(kinds: Sequence[Kind], seed: int, texels: int, sprites: Sprites) -> 
     for place in order:
         x = places[place] * STRETCH * tall * 0.78 + rng.normal(0, 0.2)
         trees.append((crowns[place], x, 1 - 0.5 * (2 * places[place]) ** 2))
-    bushes = [grow("shrub", seed + 50 + k, height=rng.uniform(1.8, 3.2)) for k in range(9)]
-    low = [(bush, (k / 8 - 0.5) * STRETCH * tall * 0.86, 1.0) for k, bush in enumerate(bushes)]
+    bushes = [grow("shrub", seed + 50 + k, height=rng.uniform(1.2, 3.4)) for k in range(7)]
+    low = [(bush, (k / 6 - 0.5 + 0.1 * (-1) ** k / 3) * STRETCH * tall * 0.78, 1.0) for k, bush in enumerate(bushes)]
     return _painted(trees + low, tall, STRETCH, texels, sprites)
 
 
@@ -55,14 +55,16 @@ def _painted(
     scale = FILL * side / tall
     canvas = Image.new("RGBA", (round(side * stretch), side))
     pen = ImageDraw.Draw(canvas)
-    sheets = {name: Image.fromarray(np.round(cell * 255).astype(np.uint8)) for name, cell in sprites.items()}
+    sheets = {
+        name: Image.fromarray(np.round(cell * 255).astype(np.uint8)).reduce(2) for name, cell in sprites.items()
+    }
     for crown, x, size in trees:
         unit = scale * size
         middle = np.array([canvas.width / 2 + x * scale, side - 1.0])
         for path, radii in crown.wood:
             points = [tuple(p) for p in (middle + path[:, :2] * [unit, -unit]).tolist()]
             width = max(1, round(float(radii[:-1].mean()) * 1.7 * unit))
-            paint = np.clip(np.array([74, 64, 54]) * crown.species.bark, 0, 255).astype(int)
+            paint = np.clip(np.array([84, 72, 60]) * crown.species.bark, 0, 255).astype(int)
             pen.line(points, fill=(*paint.tolist(), 255), width=width)
         for k in np.argsort(crown.centre[:, 2]):
             name = crown.species.cells[crown.cell[k]]
@@ -70,7 +72,8 @@ def _painted(
             sprite = sheets[name].resize((wide, max(4, round(wide * crown.species.tall))), Image.Resampling.BOX)
             sprite = sprite.rotate(np.degrees(crown.roll[k]), Image.Resampling.BILINEAR)
             factor = crown.shade[k] * (0.86 + 0.2 * crown.normal[k, 1])
-            sprite = sprite.point([min(255, round(v * f)) for f in (*factor, 1.0) for v in range(256)])
+            table = np.minimum(np.append(factor, 1.0)[:, None] * np.arange(256), 255)
+            sprite = sprite.point(table.astype(np.uint8).ravel().tolist())
             drop = 0.25 * wide * crown.species.tall if crown.species.hanging else 0.0
             at = middle + crown.centre[k, :2] * [unit, -unit] + [0, drop]
             _stamp(canvas, sprite, at)

@@ -19,7 +19,7 @@ TILE = 1.7
 """Side of the rock texture's tile, metres."""
 
 _STONE = np.array([[0.215, 0.200, 0.180], [0.170, 0.165, 0.158], [0.250, 0.225, 0.190], [0.185, 0.160, 0.135]])
-_MOSS = np.array([0.075, 0.105, 0.022])
+_MOSS = np.array([0.072, 0.088, 0.026])
 _LICHEN = np.array([0.33, 0.33, 0.26])
 _ALGAE = np.array([0.060, 0.068, 0.026])
 

@@ -21,7 +21,7 @@ def ground_detail(size: int, seed: int) -> Bytes:
     texel = _texels(size)
     grain = grid_fbm(texel, texel, size / 128, seed + 5, octaves=2, period=float(size))
     height = height + 0.5 * grain
-    stone = 0.55 + 0.3 * (shade - 0.5) + 0.030 * np.minimum(height, 7) + 0.05 * grain
+    stone = 0.55 + 0.42 * (shade - 0.5) + 0.040 * np.minimum(height, 6) + 0.05 * grain
     return _packed(height, 0.42, stone, second=_blades(size, seed + 9))
 
 

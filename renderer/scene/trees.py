@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from renderer.scene import leaves
 from renderer.scene.crowns import Array, Crown, Detail, Kind, grow
 from renderer.scene.mesh import Mesh
+from renderer.scene.portraits import FILL, STRETCH
 
 FURROWED, BIRCH_BARK = (0.03, 0.47), (0.53, 0.97)
 """The two halves of the bark texture in u."""
@@ -58,6 +59,69 @@ def tree(kind: Kind, seed: int, *, height: float | None = None) -> TreeMeshes:
         leaves=cards(near),
         trunk_far=wood(far, kind, sides=3),
         leaves_far=cards(far),
+    )
+
+
+def placed(trees: TreeMeshes, at: Array, *, turn: float = 0.0) -> TreeMeshes:
+    """Stand a tree on a ground point (3,), its better side towards the origin, ``turn`` radians off."""
+    heading = np.arctan2(-at[0], -at[2]) + turn
+    c, s = np.cos(heading), np.sin(heading)
+    matrix = np.array([[c, 0, s, at[0]], [0, 1, 0, at[1]], [-s, 0, c, at[2]], [0, 0, 0, 1.0]])
+    return trees.transformed(matrix)
+
+
+def forest(seed: int, places: Array, kinds: Sequence[Kind], heights: Array | None = None) -> TreeMeshes:
+    """Many trees in one, nearest to the origin first; ``places`` (n, 3) ground points, ``heights`` (n,) metres."""
+    rng = Generator(PCG64([seed, 51]))
+    turns, seeds = rng.normal(0, 0.3, len(places)), rng.integers(0, 2**31, len(places))
+    order = np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable")
+    grown = []
+    for k in order:
+        height = None if heights is None else float(heights[k])
+        grown.append(placed(tree(kinds[k], int(seeds[k]), height=height), places[k] - [0, 0.12, 0], turn=turns[k]))
+    return TreeMeshes.merge(grown)
+
+
+def shrubs(seed: int, places: Array, *, size: float = 1.3, detail: Detail = "full") -> Mesh:
+    """Bushes without visible wood, ``size`` metres high, nearest to the origin first."""
+    rng = Generator(PCG64([seed, 52]))
+    heights, seeds = size * rng.uniform(0.65, 1.3, len(places)), rng.integers(0, 2**31, len(places))
+    parts = []
+    for k in np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable"):
+        mesh = cards(grow("shrub", int(seeds[k]), height=float(heights[k]), detail=detail))
+        lone = TreeMeshes(mesh, mesh, mesh, mesh)
+        parts.append(placed(lone, places[k] - [0, 0.08, 0]).leaves)
+    return Mesh.merge(parts)
+
+
+def belt(seed: int, places: Array, *, height: float = 9.0) -> Mesh:
+    """Far trees and thickets, one octagon each that faces the origin, nearest first."""
+    rng = Generator(PCG64([seed, 53]))
+    places = places[np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable")]
+    count = len(places)
+    names = rng.choice(["thicket0", "thicket1", "far_oak", "far_spruce", "far_pine"], count, p=[0.36, 0.36, 0.12, 0.1, 0.06])
+    tall = height * rng.uniform(0.75, 1.25, count) / FILL
+    is_wide = np.char.startswith(names, "thicket")
+    mirrored = rng.choice([-1.0, 1.0], count)
+    hulls = np.stack([leaves.hull(name) for name in names])
+    local = (hulls - [0.5, 0.02]) * tall[:, None, None]
+    across = local[..., 0] * np.where(is_wide, STRETCH, 1.0)[:, None] * mirrored[:, None]
+    facing = -places * [1.0, 0.0, 1.0]
+    facing /= np.linalg.norm(facing, axis=1, keepdims=True)
+    right = np.stack([facing[:, 2], np.zeros(count), -facing[:, 0]], axis=1)
+    position = places[:, None] + across[..., None] * right[:, None] + local[..., 1:] * [0.0, 1.0, 0.0]
+    outward = (position - places[:, None] - [0, 0.45, 0] * tall[:, None, None]) / tall[:, None, None]
+    normal = facing[:, None] * 0.8 + 1.3 * outward + [0.0, 0.25, 0.0]
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    hue, shade = rng.normal(0, 0.04, count), rng.uniform(0.85, 1.12, count)
+    tint = np.stack([1 + 1.8 * hue, 1 + 0.4 * hue, 1 - hue], axis=1) * shade[:, None]
+    color = np.concatenate([np.repeat(tint[:, None], 8, axis=1), np.zeros((count, 8, 1))], axis=2)
+    uv = np.stack([leaves.at(name, leaves.hull(name)) for name in names])
+    fan = np.array([[0, k, k + 1] for k in range(1, 7)])
+    triangles = np.where(mirrored[:, None, None] > 0, fan, fan[:, ::-1])
+    index = (np.arange(count) * 8)[:, None, None] + triangles
+    return Mesh.build(
+        position.reshape(-1, 3), index.reshape(-1, 3), normal=normal.reshape(-1, 3), uv=uv.reshape(-1, 2), color=color.reshape(-1, 4)
     )
 
 

@@ -79,9 +79,7 @@ class Luna(Technique):
 
     def defines(self, period: float | None) -> tuple[str, ...]:
         """Two phases of each map are read where a period asks for it."""
-        needs_blend = any(
-            Scroll.needs_blend(velocity, period) for velocity in (self.velocity_0, self.velocity_1)
-        )
+        needs_blend = any(Scroll.needs_blend(velocity, period) for velocity in (self.velocity_0, self.velocity_1))
         return ("TWO_PHASES",) if needs_blend else ()
 
     def textures(self, seed: int) -> Mapping[str, Texture]:

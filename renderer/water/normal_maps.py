@@ -11,6 +11,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.scene.material import Texture
 
@@ -35,7 +36,7 @@ def ripple_slopes(seed: int) -> Texture:
     number = np.hypot(kx, kz)
     band = _smooth_step(LONGEST * 0.6, LONGEST, number) * (1 - _smooth_step(SHORTEST * 0.6, SHORTEST, number))
     heading = rng.uniform(0, 2 * np.pi)
-    along = np.abs(np.cos((np.arctan2(kz, kx) - heading) / 1.0))
+    along = np.abs(np.cos(np.arctan2(kz, kx) - heading))
     directional = 0.35 + 0.65 * along**SPREAD
     with np.errstate(divide="ignore"):
         amplitude = np.where(number > 0, number ** -(FALL + 1), 0.0) * band * directional
@@ -49,6 +50,6 @@ def ripple_slopes(seed: int) -> Texture:
     return Texture(f"ripples_{seed}", image.astype(np.float32), wrap="repeat")
 
 
-def _smooth_step(low: float, high: float, x: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+def _smooth_step(low: float, high: float, x: NDArray[np.float64]) -> NDArray[np.float64]:
     t = np.clip((x - low) / (high - low), 0, 1)
     return np.asarray(t * t * (3 - 2 * t))

@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
 
 from service.engines.base import Engine
 from service.engines.inline import InlineEngine
 from service.engines.local import LocalEngine
+from service.worker import WorkerConfig
 
-ENGINES: dict[str, Callable[..., Engine]] = {"local": LocalEngine, "inline": InlineEngine}
+
+def _inline(artifacts: Path, *, require: Literal["any", "gpu", "cpu"] = "any", **_: object) -> Engine:
+    """One thread: what is said of processes has no meaning for it."""
+    return InlineEngine(WorkerConfig(artifacts, threads=len(os.sched_getaffinity(0)), require=require))
+
+
+ENGINES: dict[str, Callable[..., Engine]] = {"local": LocalEngine, "inline": _inline}
+
+
+def make_engine(name: str, *, artifacts_dir: Path, **options: Any) -> Engine:
+    """The engine of that name, not yet started; its options are ``LocalEngine``'s."""
+    return ENGINES[name](artifacts_dir, **options)

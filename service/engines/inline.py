@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
-from pathlib import Path
 from time import monotonic
-from typing import Literal
 
 from service.engines.base import Lane, Readiness, WorkerState, WorkerStatus, judge
 from service.engines.queue import Entry, Lanes
@@ -20,15 +17,9 @@ from service.worker import Drawer, FrameReport, FrameTask, Worker, WorkerConfig,
 class InlineEngine:
     """One thread that owns one drawer. It holds no deadlines: a frame that hangs hangs the engine."""
 
-    def __init__(
-        self,
-        artifacts: Path,
-        *,
-        require: Literal["any", "gpu", "cpu"] = "any",
-        make: Callable[[WorkerConfig], Drawer] | None = None,
-    ) -> None:
-        self._config = WorkerConfig(artifacts, threads=len(os.sched_getaffinity(0)), require=require)
-        self._make: Callable[[WorkerConfig], Drawer] = make or Worker
+    def __init__(self, config: WorkerConfig) -> None:
+        self._config = config
+        self._make: Callable[[WorkerConfig], Drawer] = config.make or Worker
         self._lanes = Lanes()
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="inline-engine", daemon=True)

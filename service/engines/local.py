@@ -48,12 +48,12 @@ class LocalEngine:
         workers: int | None = None,
         interactive: bool = True,
         require: Literal["any", "gpu", "cpu"] = "any",
-        max_frames: int = 10_000,
+        max_frames_per_worker: int = 10_000,
         max_rss: int = 2 << 30,
         make: Callable[[WorkerConfig], Drawer] | None = None,
     ) -> None:
         cores = len(os.sched_getaffinity(0))
-        recycling = Recycling(max_frames, max_rss)
+        recycling = Recycling(max_frames_per_worker, max_rss)
         batch = WorkerConfig(artifacts, threads=0, nice=NICENESS, require=require, make=make)
         whole = WorkerConfig(artifacts, threads=cores, require=require, make=make)
         self._batch = [Slot(f"batch-{i}", Lane.BATCH, batch, recycling, self._done) for i in range(workers or cores)]

@@ -29,17 +29,25 @@ router = APIRouter(tags=["frames"])
 
 
 @router.get("/v1/frame", operation_id="frame", **schema.frame_by_query)
-@router.get("/v1/frame.{suffix}", operation_id="frame_as", **schema.frame_by_query_and_suffix)
 @router.head("/v1/frame", include_in_schema=False)
-@router.head("/v1/frame.{suffix}", include_in_schema=False)
-async def show_frame(request: Request, suffix: str | None = None) -> Response:
-    """A frame, described by a dotted query.
+async def show_frame(request: Request) -> Response:
+    """A frame, described by a dotted query; its format by ``format``, or by an ``Accept`` that names exactly one.
 
     The ETag is known before anything is drawn: a matching ``If-None-Match`` is answered with 304, and HEAD
     is answered, without rendering.
     """
+    return await _shown(request, None)
+
+
+@router.get("/v1/frame.{suffix}", operation_id="frame_as", **schema.frame_by_query_and_suffix)
+@router.head("/v1/frame.{suffix}", include_in_schema=False)
+async def show_frame_as(request: Request, suffix: str) -> Response:
+    """A frame, described by a dotted query; its format by the suffix."""
+    return await _shown(request, known_suffix(suffix))
+
+
+async def _shown(request: Request, suffix: str | None) -> Response:
     parts = parts_of(request)
-    suffix = known_suffix(suffix)
     data, version = read_query(request.scope["query_string"])
     frame = frame_request(data, parts.settings.limits, suffix=suffix, preferred=accepted_format(request.headers))
     marks = await fingerprint(parts)

@@ -97,10 +97,8 @@ def read_query(query: bytes) -> tuple[dict[str, Any], str | None]:
     return parse_query(pairs), version
 
 
-def known_suffix(suffix: str | None) -> str | None:
+def known_suffix(suffix: str) -> str:
     """The suffix as the formats write it; a suffix of no format is 404 with the list."""
-    if suffix is None:
-        return None
     if suffix.lower() not in SUFFIXES:
         listed = ", ".join(f".{name}" for name in SUFFIXES)
         raise Problem("not-found", f"No frame format is written .{suffix}; there are {listed}.")

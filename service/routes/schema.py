@@ -91,6 +91,11 @@ def answer(description: str, **schema: Any) -> dict[str, Any]:
     return {"description": description, "content": content}
 
 
+def suffixes_of(media_type: str) -> tuple[str, ...]:
+    """The suffixes that a frame of this media type may have."""
+    return tuple(name for entry in FORMATS.values() if entry.media_type == media_type for name in entry.suffixes)
+
+
 def _parameter(facts: FieldFacts) -> dict[str, Any]:
     return {
         "name": facts.path,

@@ -2,8 +2,8 @@
 // (x, z) from the camera. Shapes are art, lit by the rules cited.
 #include "lib/noise.glsl"
 
-const float CUMULUS_BASE = 1.1;
-const float CUMULUS_THICKNESS = 1.0;
+const float CUMULUS_BASE = 1.0;
+const float CUMULUS_THICKNESS = 0.9;
 const float CUMULUS_EXTINCTION = 18.0;   // per kilometre: soft cumulus humilis
 const float CIRRUS_HEIGHT = 8.5;
 const float CLOUD_REACH = 45.0;          // beyond it haze has taken them
@@ -12,9 +12,9 @@ const float CLOUD_REACH = 45.0;          // beyond it haze has taken them
 // of the sky; seed: any.
 float cumulus_column(vec2 at, float coverage, uint seed)
 {
-    float shape = fbm(at * 0.19, 4.0, seed);
-    float threshold = mix(0.5, -0.9, pow(coverage, 0.75));
-    return min((shape - threshold) / 0.5, 1.0);
+    float shape = fbm(at * 0.55, 3.0, seed) + 0.4 * gradient_noise(at * 0.09, seed + 17u);
+    float threshold = mix(0.75, -0.95, pow(coverage, 0.8));
+    return min((shape - threshold) / 0.6, 1.0);
 }
 
 // Billowing detail: ridged sums have creases outside and rounded heads inside when added. at: km; octaves: 0..5.

@@ -2,7 +2,8 @@
 // is said, so that no pixel pays for one.
 
 const float SKY_STRETCH = 2.0;  // heights count double: the horizon, which pictures show, gets the finer texels
-const float TWILIGHT_WARP = 0.5;
+const float GROUND_SLOPE = 0.3;   // tangent of the depression at which haze has given way to bare ground
+const float SUN_SINE2 = 2.1651e-5;  // squared sine of the sun's radius, 0.2666 degrees
 
 // Direction to its place in the sky table, 0..1 each way: the hemi-octahedral map (Cigolle et al. 2014, section 3.4)
 // with heights stretched. Directions below the horizon take the place of the horizon above them. d: any length but 0.
@@ -47,4 +48,32 @@ vec2 multiple_place(float h, float mu)
 vec2 texel_place(vec2 place, vec2 size)
 {
     return (place * (size - 1.0) + 0.5) / size;
+}
+
+// API's gradient: linear in the square root of the direction's height. d: any length but 0; horizon, zenith: linear RGB.
+vec3 sky_gradient(vec3 d, vec3 horizon, vec3 zenith)
+{
+    return mix(horizon, zenith, sqrt(max(d.y, 0.0) * inversesqrt(dot(d, d))));
+}
+
+// Below the horizon its haze gives way to ground, without an edge: the weight and its slope start from 0. sky: from the
+// table; d: any length but 0; ground: linear RGB.
+vec3 sky_with_ground(vec3 sky, vec3 d, vec3 ground)
+{
+    float s = clamp(-d.y / (GROUND_SLOPE * (abs(d.x) + abs(d.z)) + 1e-20), 0.0, 1.0);
+    return mix(sky, ground, s * s * (3.0 - 2.0 * s));
+}
+
+// The sun's disc, which no table could hold, over its radiance: 1 in the middle and darker to the limb (a polynomial for
+// the linear law with coefficient 0.6 of Neckel & Labs 1994, at 550 nm), and round it a glare that falls off with the
+// fourth power of the angle. Cut off at the horizon. d: any length but 0; sun: unit.
+float sun_disc(vec3 d, vec3 sun)
+{
+    float c = dot(d, sun);
+    float x = (1.0 - c * c / dot(d, d)) * (1.0 / SUN_SINE2);  // (angle / radius)^2; floats hold it to 0.01
+    float edge = clamp(3.0 - 2.5 * x, 0.0, 1.0);
+    float disc = edge * edge * (3.0 - 2.0 * edge) * (1.0 - 0.25 * x * (1.0 + x));
+    float glare = 1.0 / (4.0 + x);
+    float above = clamp(250.0 * d.y / (abs(d.x) + abs(d.z) + 1e-20) + 0.5, 0.0, 1.0);
+    return c > 0.0 ? (disc + 0.8 * glare * glare) * above : 0.0;
 }

@@ -1,11 +1,11 @@
-// The sky behind everything.
+// The sky behind everything, and its mirror image in the water's reflection map.
+#include "lib/sky.glsl"
 #if defined(SKY_MODEL_CONSTANT)
 #include <ConstantSky>
 #elif defined(SKY_MODEL_GRADIENT)
 #include <GradientSky>
 #else
 #include <SkyLight>
-#include "lib/sky.glsl"
 uniform sampler2D sky_map;
 #endif
 
@@ -18,9 +18,12 @@ void main()
 #if defined(SKY_MODEL_CONSTANT)
     color = vec4(constant_sky.color, 1.0);
 #elif defined(SKY_MODEL_GRADIENT)
-    float height = max(ray_world.y, 0.0) * inversesqrt(dot(ray_world, ray_world));
-    color = vec4(mix(gradient_sky.horizon, gradient_sky.zenith, sqrt(height)), 1.0);
+    color = vec4(sky_gradient(ray_world, gradient_sky.horizon, gradient_sky.zenith), 1.0);
 #else
-    color = vec4(textureLod(sky_map, sky_place(ray_world), 0.0).rgb, 1.0);
+    vec4 sky = textureLod(sky_map, sky_place(ray_world), 0.0);
+    color = vec4(sky_with_ground(sky.rgb, ray_world, sky_light.ground), 1.0);
+#if !defined(SKY_NO_DISC)
+    color.rgb += sun_disc(ray_world, sky_light.sun_direction) * sky.a * sky_light.sun_disc;
+#endif
 #endif
 }

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.gpu.device import Device
 from renderer.gpu.geometry import Geometry, Uniforms
 from renderer.gpu.opengl import GL_CLIP_DISTANCE0
-from renderer.gpu.program import Program
+from renderer.gpu.program import Bindable, Program
 from renderer.gpu.texture import GpuTexture, upload
 from renderer.light import Fog, LightBlock
 from renderer.passes.view import NO_CLIP, Look, ViewBlock, Wind
@@ -53,9 +54,7 @@ class Stage:
     def __init__(self, device: Device, scene: Scene) -> None:
         self.device, self.name = device, scene.name
         self._textures = {name: upload(device, source) for name, source in scene.textures.items()}
-        self._materials = {
-            part.material: Uniforms(device, part.material.block) for part in scene.objects
-        }
+        self._materials = {part.material: Uniforms(device, part.material.block) for part in scene.objects}
         self.parts = [self._part(source) for source in scene.objects]
         self._bounds = {
             False: _stack([part.geometry for part in self.parts]),
@@ -82,7 +81,7 @@ class Stage:
         defines: tuple[str, ...] = (),
         in_map: bool = False,
         keeps: Callable[[SceneObject], bool] = lambda _: True,
-        textures: dict[str, GpuTexture] | None = None,
+        textures: Mapping[str, Bindable] | None = None,
     ) -> int:
         """Draw what is seen, near before far and solid before leafy; the number of triangles."""
         context = self.device.context
@@ -124,11 +123,13 @@ class Stage:
             part.geometry.release()
             if part.map_geometry is not part.geometry:
                 part.map_geometry.release()
-        for owned in (*self._materials.values(), *self._textures.values()):
-            owned.release()
+        for uniforms in self._materials.values():
+            uniforms.release()
+        for texture in self._textures.values():
+            texture.release()
 
 
-def _stack(geometries: list[Geometry]) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def _stack(geometries: list[Geometry]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     if not geometries:
         return np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32)
     return np.stack([g.low for g in geometries]), np.stack([g.high for g in geometries])
