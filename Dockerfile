@@ -34,7 +34,8 @@ RUN .venv/bin/pip install --no-cache-dir --disable-pip-version-check --no-deps -
 
 # ---- what runs
 FROM base
-RUN useradd --system --uid 10001 --home-dir /data --shell /usr/sbin/nologin millpond \
+RUN groupadd --system --gid 10001 millpond \
+ && useradd --system --uid 10001 --gid millpond --home-dir /data --shell /usr/sbin/nologin millpond \
  && install --directory --owner millpond --group millpond --mode 750 /data
 COPY --from=build /opt/millpond /opt/millpond
 ENV PATH=/opt/millpond/.venv/bin:$PATH \

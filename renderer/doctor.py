@@ -6,7 +6,6 @@ runs in processes of its own (`renderer.gpu.probe`): a driver that crashes or ha
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import re
@@ -16,7 +15,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from renderer.remedy import gpu_command, install_command, open_command
 
@@ -240,18 +239,13 @@ def _run(environment: Mapping[str, str], *arguments: str) -> dict[str, Any]:
     return facts
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Print the report; 0 where Millpond can draw as demanded."""
-    parser = argparse.ArgumentParser(prog="millpond doctor", description="What drawing needs, and what of it is here.")
-    parser.add_argument("--require", choices=get_args(Demand), default="any", help="the kind of device that must work")
-    parser.add_argument("--json", action="store_true", help="print the report as JSON")
-    parser.add_argument("--install", action="store_true", help="print what installs missing libraries, or nothing")
-    chosen = parser.parse_args(arguments)
-    if chosen.install:
+def main() -> int:
+    """Print the report; 0 where Millpond can draw. `--install` prints what installs missing libraries, or nothing."""
+    if sys.argv[1:] == ["--install"]:
         sys.stdout.write(f"{install_command()}\n" if missing_libraries() else "")
         return 0
-    report = examine(chosen.require)
-    sys.stdout.write((json.dumps(report.to_dict(), indent=2) if chosen.json else report.text()) + "\n")
+    report = examine()
+    sys.stdout.write(report.text() + "\n")
     return 0 if report.is_healthy else 1
 
 

@@ -22,16 +22,16 @@ LENSES = ("fov_y", "intrinsics", "orthographic")
 class Intrinsics(Declaration):
     """A pinhole in pixels (OpenCV's K: origin top-left, y down)."""
 
-    fx: Number = Field(gt=0)
-    fy: Number = Field(gt=0)
-    cx: Number
-    cy: Number
+    fx: Number = Field(ge=1e-3, le=1e7)
+    fy: Number = Field(ge=1e-3, le=1e7)
+    cx: Number = Field(ge=-1e7, le=1e7)
+    cy: Number = Field(ge=-1e7, le=1e7)
 
 
 class Orthographic(Declaration):
     """A parallel projection."""
 
-    height: Length = Field(gt=0, le=1e6)
+    height: Length = Field(ge=1e-6, le=1e6)
     """Height of the image in the world."""
 
 
@@ -46,7 +46,7 @@ class Viewpoint(Declaration):
     """A pinhole in pixels instead of a field of view."""
     orthographic: Orthographic | None = None
     """A parallel projection instead of a field of view."""
-    near: Length | None = Field(None, gt=0, le=1e5)
+    near: Length | None = Field(None, ge=1e-6, le=1e5)
     """Distance of the near plane; chosen by the renderer where left out."""
     far: Length | None = Field(None, gt=0, le=1e7)
     """Distance of the far plane; infinity (10 km if orthographic) where left out."""
@@ -61,7 +61,7 @@ class Viewpoint(Declaration):
             raise PydanticCustomError(
                 "lens",
                 "give one of fov_y, intrinsics and orthographic, not {given}",
-                {"given": " and ".join(given)},
+                {"given": " and ".join(given), "bound": "one of " + ", ".join(LENSES)},
             )
         return data if given else {**data, "fov_y": DEFAULT_FOV_Y}
 
@@ -70,7 +70,7 @@ class Viewpoint(Declaration):
     def _beyond_near(cls, far: float | None, info: ValidationInfo) -> float | None:
         near = info.data.get("near") or NEAR
         if far is not None and far <= near:
-            raise PydanticCustomError("far", "far must lie beyond near ({near} m)", {"near": near})
+            raise PydanticCustomError("far", "far must lie beyond near", {"bound": f"> {near}"})
         return far
 
     def lens(self, width: int, height: int) -> Lens:

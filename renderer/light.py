@@ -12,13 +12,13 @@ from pydantic_core import PydanticCustomError
 
 from renderer.blocks import Block, Declaration
 from renderer.camera import compass_direction
-from renderer.units import Angle, Color, Length, Number, Vec3
+from renderer.units import Angle, Color, Direction, Length, Number, Vec3
 
 
 class Sun(Declaration):
     """A directional light; give ``direction`` (towards the sun) or ``azimuth`` and ``elevation``."""
 
-    direction: Vec3 | None = None
+    direction: Direction | None = None
     """Towards the sun; any length but zero."""
     azimuth: Angle | None = None
     """Compass direction of the sun: clockwise from −z, so 90 is +x."""
@@ -35,7 +35,7 @@ class Sun(Declaration):
     @classmethod
     def _not_zero(cls, direction: Any) -> Any:
         if direction is not None and np.linalg.norm(direction) < 1e-9:
-            raise PydanticCustomError("direction", "direction must not be zero")
+            raise PydanticCustomError("direction", "direction must not be zero", {"bound": "length > 0"})
         return direction
 
     @model_validator(mode="before")
@@ -49,9 +49,12 @@ class Sun(Declaration):
                 raise PydanticCustomError(
                     "sun",
                     "give direction, or azimuth and elevation, not both",
+                    {"bound": "one of the two forms"},
                 )
             return data
-        return {"azimuth": 135.0, "elevation": 38.0, **{k: v for k, v in data.items() if v is not None}}
+        places = ("direction", "azimuth", "elevation")
+        given = {name: value for name, value in data.items() if name not in places or value is not None}
+        return {"azimuth": 135.0, "elevation": 38.0, **given}
 
     @property
     def towards(self) -> NDArray[np.float64]:

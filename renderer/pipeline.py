@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Self
 
 from renderer.blocks import Block
@@ -19,13 +20,13 @@ from renderer.gpu.geometry import Uniforms
 from renderer.gpu.target import Target
 from renderer.light import LightBlock
 from renderer.passes.composite import CompositePass
-from renderer.passes.mapping import DrawnMap, draw_maps
+from renderer.passes.mapping import DrawnMap, draw_maps, map_look, water_window
 from renderer.passes.shadow import ShadowPass
 from renderer.passes.shadows import Shadows
 from renderer.passes.sky import Sky, SkyPass
 from renderer.passes.stage import Stage
 from renderer.passes.targets import Targets
-from renderer.passes.view import Look, Wind
+from renderer.passes.view import WHOLE, Look, Wind
 from renderer.passes.water import Moment, WaterPass
 from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
@@ -45,6 +46,16 @@ class Instant:
     time: float
 
 
+@dataclass(frozen=True, eq=False)
+class World:
+    """What stands round the water in one sub-frame, and its light."""
+
+    stage: Stage
+    request: FrameRequest
+    shadows: Shadows
+    sky: Sky
+
+
 class Renderer:
     """Draws frames: one OpenGL context, one thread, for life."""
 
@@ -52,7 +63,7 @@ class Renderer:
         try:
             self.device = Device(require)
         except NoDevice as error:
-            raise NoDevice(f"{error}\n\n{examine().text()}") from None
+            raise NoDevice(f"{error}\n\n{examine(require).text()}") from None
         self.measures_passes = measures_passes
         self._stages: dict[str, Stage] = {}
         self._targets = Targets(self.device)
@@ -95,93 +106,75 @@ class Renderer:
 
     def _draw(self, stage: Stage, instant: Instant, layer: str) -> Target:
         """Draw one sub-frame in linear light; what is returned holds the layer."""
-        request, camera, water = instant.request, instant.camera, instant.request.water
-        size, samples = (camera.width, camera.height), request.msaa if layer == "color" else 1
-        centre = SCENES[request.scene].centre
+        request, camera = instant.request, instant.camera
+        samples = request.msaa if layer == "color" else 1
         self._light(request, instant.time)
         with self._pass("shadow"):
-            shadows = self._shadows.draw(stage, request.sun, centre)
+            shadows = self._shadows.draw(stage, request.sun, SCENES[request.scene].centre)
         with self._pass("sky"):
-            sky = self._sky.prepare(request)
-        target = self._targets.lend("scene", size, samples=samples)
+            world = World(stage, request, shadows, self._sky.prepare(request))
+        target = self._targets.lend("scene", (camera.width, camera.height), samples=samples)
         with self._pass("scene"):
-            self._paint(stage, request, target, Look(camera), shadows, sky)
+            self._paint(world, target, Look(camera))
         with self._pass("maps"):
-            maps = self._maps(stage, instant, target, shadows, sky)
+            maps = self._maps(world, camera, target)
         if layer.endswith("_map"):
             return maps[layer.removesuffix("_map")].target
         with self._pass("water"):
-            shows = SHOWS.get(layer, ())
-            if shows:
+            if layer in SHOWS:
                 self._composite.blank(target, maps["refraction"].target)
             look = Look(camera)
             target.begin(None)
             self._bind("look", look.block(shadows.shadow_from_world))
             moment = Moment(instant.time, request.period, request.seed)
-            self._water.draw(water, moment, look, maps, shadows, shows)
+            self._water.draw(request.water, moment, look, maps, shadows, shows=SHOWS.get(layer, ()))
         if samples == 1:
             return target
-        resolved = self._targets.lend("resolved", size, has_depth=False)
+        resolved = self._targets.lend("resolved", target.size, has_depth=False)
         target.copy_to(resolved)
         return resolved
 
-    def _maps(
-        self,
-        stage: Stage,
-        instant: Instant,
-        target: Target,
-        shadows: Shadows,
-        sky: Sky,
-    ) -> dict[str, DrawnMap]:
+    def _maps(self, world: World, camera: Camera, target: Target) -> dict[str, DrawnMap]:
         """The technique's maps; one that is the scene itself is copied from it."""
-        request, camera = instant.request, instant.camera
-        specs = dict(request.water.maps())
+        request, water = world.request, world.request.water
+        specs = dict(water.maps())
         drawn: dict[str, DrawnMap] = {}
         if request.maps is not None:
             camera = request.maps.camera.camera(camera.width, camera.height)
             self._light(request, request.maps.time)
         else:
             for name in [name for name, spec in specs.items() if spec.is_the_scene]:
-                copy = self._lend_map(name, specs.pop(name), target.size)
+                copy = self._lend_map(name, specs.pop(name), camera)
                 target.copy_to(copy)
                 drawn[name] = DrawnMap(copy, camera.clip_from_world)
+        level, extents = water.level or 0.0, water.extents or (0.0, 0.0, 0.0, 0.0)
+        # A map that is asked for itself, or read from another place, is drawn whole.
+        is_whole = request.maps is not None or request.layers != ("color",)
+        window = WHOLE if is_whole else water_window(camera, level, extents, water.reach())
+        looks = {name: (spec, map_look(spec, camera, level, window)) for name, spec in specs.items()}
+        return drawn | draw_maps(looks, self._lend_map, partial(self._paint, world))
 
-        def paint(map_target: Target, look: Look, spec: MapSpec) -> None:
-            self._paint(stage, request, map_target, look, shadows, sky, spec)
-
-        level = request.water.level or 0.0
-        return drawn | draw_maps(specs, camera, level, self._lend_map, paint)
-
-    def _paint(
-        self,
-        stage: Stage,
-        request: FrameRequest,
-        target: Target,
-        look: Look,
-        shadows: Shadows,
-        sky: Sky,
-        spec: MapSpec | None = None,
-    ) -> None:
-        """Draw the world without its water."""
+    def _paint(self, world: World, target: Target, look: Look, spec: MapSpec | None = None) -> None:
+        """Draw the world without its water: the picture's own, or a map's."""
         objects = spec.objects if spec else None
-        fog = ("HAS_FOG",) if request.fog else ()
-        target.begin(spec.clear if spec else (0.0, 0.0, 0.0, 0.0))
-        self._bind("look", look.block(shadows.shadow_from_world))
-        stage.draw(
+        fog = ("HAS_FOG",) if world.request.fog else ()
+        target.begin(spec.clear if spec else (0.0, 0.0, 0.0, 0.0), look.window)
+        self._bind("look", look.block(world.shadows.shadow_from_world))
+        world.stage.draw(
             look,
             fragment="passes/scene.frag",
-            defines=(*shadows.defines, *fog),
+            defines=(*world.shadows.defines, *fog),
             in_map=spec is not None,
             keeps=lambda part: (spec is None or part.in_maps) and (objects is None or bool(objects & part.tags)),
-            textures=shadows.textures,
+            textures=world.shadows.textures,
         )
         if spec is None or spec.draws_sky:
-            self._sky.draw(sky, fog)
+            self._sky.draw(world.sky, fog)
         self.device.check_errors("scene pass")
 
-    def _lend_map(self, name: str, spec: MapSpec, size: tuple[int, int]) -> Target:
+    def _lend_map(self, name: str, spec: MapSpec, camera: Camera) -> Target:
         kind = {"half": "f2", "byte": "f1"}[spec.format]
-        return self._targets.lend(f"{name} map", size, kind=kind, wrap=spec.wrap)
+        return self._targets.lend(f"{name} map", (camera.width, camera.height), kind=kind, wrap=spec.wrap)
 
     def _light(self, request: FrameRequest, instant: float) -> None:
         level = request.water.level or 0.0

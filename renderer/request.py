@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal, Self, get_args
 
 import rfc8785
@@ -27,6 +28,11 @@ from renderer.water.catalogue import AnyWater
 
 MAX_SIDE = 16_384
 """Pixels: what every OpenGL driver that we know can draw; the service's own caps lie lower."""
+
+LATEST = 1e7
+"""Seconds: how far from zero a picture's time may lie."""
+BOUNDS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "length >=", "max_length": "length <="}
+"""How the bounds that validation knows by these names are written."""
 
 LayerName = Literal["color", "reflection_map", "refraction_map", "reflection_weight", "water_mask"]
 LAYERS: tuple[str, ...] = get_args(LayerName)
@@ -53,9 +59,9 @@ class FrameRequest(Declaration):
     """The technique and its parameters, or its name alone."""
     camera: AnyViewpoint = Field(default_factory=dict, validate_default=True)
     """Where the picture is taken from."""
-    time: Seconds = Field(0.0, ge=-1e7, le=1e7)
+    time: Seconds = Field(0.0, ge=-LATEST, le=LATEST)
     """Time at which the picture is taken."""
-    period: Seconds | None = Field(None, ge=0.1, le=1e6)
+    period: Seconds | None = Field(None, ge=1e-3, le=1e7)
     """Time after which all that moves repeats exactly; null lets it run on."""
     width: int = Field(1280, ge=1, le=MAX_SIDE, json_schema_extra={"x-unit": "px"})
     """Width of the image."""
@@ -127,7 +133,7 @@ class FrameRequest(Declaration):
         try:
             return cls.model_validate(data, strict=strict)
         except ValidationError as error:
-            raise invalid(error) from None
+            raise invalid(error, given=data) from None
 
     def canonical(self) -> bytes:
         """The resolved request as RFC 8785 JSON: equal meanings, equal bytes."""
@@ -144,8 +150,15 @@ class FrameRequest(Declaration):
         return self.camera.camera(self.width, self.height)
 
     def along(self, turntable: Turntable) -> list[FrameRequest]:
-        """One request for each frame of a turntable that starts from this one."""
+        """One request for each frame of a turntable that starts from this one.
+
+        Raises ``InvalidRequest`` where the last frame would come too late to be a request by itself.
+        """
         centre = SCENES[self.scene].centre
+        if self.time + turntable.duration > LATEST:
+            message = "the last frame's time lies too late"
+            problem = FieldProblem("turntable.frames", message, turntable.frames, f"time <= {LATEST:g} s")
+            raise InvalidRequest((problem,))
         return [
             self.model_copy(
                 update={"camera": view.camera, "time": view.time, "period": view.period},
@@ -154,26 +167,44 @@ class FrameRequest(Declaration):
         ]
 
 
-def invalid(error: ValidationError, prefix: str = "") -> InvalidRequest:
-    """The error that names each field as its caller wrote it."""
-    return InvalidRequest(tuple(_problem(details, prefix) for details in error.errors()))
+def invalid(error: ValidationError, prefix: str = "", given: Any = None) -> InvalidRequest:
+    """The error that names each field as its caller wrote it; ``given`` is what the caller wrote."""
+    problems = (_problem(details, given) for details in error.errors(include_url=False))
+    if not prefix:
+        return InvalidRequest(tuple(problems))
+    return InvalidRequest(tuple(replace(p, path=f"{prefix}.{p.path}".strip(".")) for p in problems))
 
 
-def _problem(details: ErrorDetails, prefix: str) -> FieldProblem:
-    parts = [str(part) for part in details["loc"]]
-    path = ".".join([prefix, *parts] if prefix else parts)
-    path = ".".join(part for part in path.split(".") if not part.startswith(PREFIX))
+def _problem(details: ErrorDetails, given: Any) -> FieldProblem:
+    is_unknown = details["type"] == "extra_forbidden"
+    *inner, last = ("", *details["loc"])
+    parts = [part for part in inner if part != "" and not _is_tag(part)]
+    if last != "" and (is_unknown or not _is_tag(last)):
+        parts.append(last)
     context = details.get("ctx", {})
-    bounds = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<"}
-    named = [f"{sign} {context[name]}" for name, sign in bounds.items() if name in context]
+    named = [f"{sign} {context[name]}" for name, sign in BOUNDS.items() if name in context]
     bound = context.get("bound") or context.get("expected") or " and ".join(named) or None
-    message = details["msg"]
-    if details["type"] == "extra_forbidden":
-        message = "unknown field"
     if details["type"] == "finite_number":
         bound = "a finite number"
-    value = details.get("input")
-    return FieldProblem(path, message, None if details["type"] == "missing" else value, bound)
+    path = ".".join(str(part) for part in parts)
+    message = "unknown field" if is_unknown else details["msg"]
+    value = None if details["type"] == "missing" else _as_written(given, parts, details.get("input"))
+    return FieldProblem(path, message, value, bound)
+
+
+def _is_tag(part: str | int) -> bool:
+    """Whether a part of an error's place names a choice of a union, which no caller writes."""
+    return isinstance(part, str) and part.startswith(PREFIX)
+
+
+def _as_written(given: Any, parts: list[str | int], resolved: Any) -> Any:
+    """The value at a place of what the caller wrote; ``resolved`` where the scene has filled it in."""
+    for part in parts:
+        is_there = part in given if isinstance(given, Mapping) else isinstance(part, int) and isinstance(given, list)
+        if not is_there:
+            return resolved
+        given = given[part]
+    return resolved if given is None else given
 
 
 def _plain_zero(value: Any) -> Any:

@@ -30,7 +30,7 @@ class Turntable(Declaration):
 
     frames: int = Field(120, ge=1, le=100_000)
     """How many frames."""
-    fps: Number = Field(30.0, gt=0, le=240, json_schema_extra={"x-unit": "1/s"})
+    fps: Number = Field(30.0, ge=0.01, le=240, json_schema_extra={"x-unit": "1/s"})
     """Frames per second of time."""
     sweep: Angle = Field(360.0, ge=-36_000, le=36_000)
     """Degrees of azimuth over the whole sequence."""
@@ -47,7 +47,7 @@ class Turntable(Declaration):
             raise PydanticCustomError(
                 "loop",
                 "a loop needs a sweep of whole turns (a multiple of 360), not {sweep}; or set loop to false",
-                {"sweep": sweep},
+                {"sweep": sweep, "bound": "a multiple of 360"},
             )
         return loop
 

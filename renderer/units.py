@@ -54,7 +54,12 @@ def _unit(name: str) -> Any:
     return Field(json_schema_extra={"x-unit": name})
 
 
+FARTHEST = 1e7
+"""Metres: how far from the origin anything may be named. A float still tells metres apart there."""
+
 _Real = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)]
+"""One number of a place, a direction or a rectangle."""
 _Channel = Annotated[float, Field(allow_inf_nan=False, ge=0.0, le=1e4)]
 
 Number = Annotated[float, Field(allow_inf_nan=False), Glsl("float")]
@@ -69,12 +74,14 @@ Angle = Annotated[float, Field(allow_inf_nan=False), _unit("deg"), Glsl("float",
 """Degrees; radians in a block."""
 Color = Annotated[tuple[_Channel, _Channel, _Channel], BeforeValidator(_as_color), Glsl("vec3")]
 """Linear RGB, or ``"#rrggbb"`` in sRGB."""
-Vec2 = Annotated[tuple[_Real, _Real], BeforeValidator(as_tuple), Glsl("vec2")]
-"""Two finite numbers."""
+Vec2 = Annotated[tuple[Coordinate, Coordinate], BeforeValidator(as_tuple), Glsl("vec2")]
+"""Two finite numbers within ±1e7."""
 Vec3 = Annotated[tuple[_Real, _Real, _Real], BeforeValidator(as_tuple), Glsl("vec3")]
 """Three finite numbers."""
+Direction = Annotated[tuple[Coordinate, Coordinate, Coordinate], BeforeValidator(as_tuple), Glsl("vec3")]
+"""A vector whose length says nothing."""
 Point = Annotated[
-    tuple[_Real, _Real, _Real],
+    tuple[Coordinate, Coordinate, Coordinate],
     BeforeValidator(as_tuple),
     _unit("m"),
     Glsl("vec3"),

@@ -13,7 +13,7 @@ from pydantic_core.core_schema import ValidationInfo
 from renderer.blocks import Declaration
 from renderer.camera import Matrix, compass_direction, look_at, pose, rotation_from_angles
 from renderer.lens import Viewpoint, turn_point
-from renderer.units import Angle, Length, Mat4, Point, Vec3
+from renderer.units import FARTHEST, Angle, Direction, Length, Mat4, Point
 
 PARALLEL = 1e-6
 """Sine of the angle below which two directions count as parallel."""
@@ -28,7 +28,7 @@ class LookAt(Viewpoint):
     """Where the camera stands."""
     target: Point
     """What it looks at: the centre of the image."""
-    up: Vec3 = (0.0, 1.0, 0.0)
+    up: Direction = (0.0, 1.0, 0.0)
     """What is up in the image; not parallel to the view."""
 
     @field_validator("target")
@@ -36,7 +36,7 @@ class LookAt(Viewpoint):
     def _elsewhere(cls, target: Any, info: ValidationInfo) -> Any:
         eye = info.data.get("eye")
         if eye is not None and np.linalg.norm(np.subtract(target, eye)) < PARALLEL:
-            raise PydanticCustomError("target", "target must differ from eye")
+            raise PydanticCustomError("target", "target must differ from eye", {"bound": "not the eye's place"})
         return target
 
     @field_validator("up")
@@ -44,7 +44,7 @@ class LookAt(Viewpoint):
     def _not_along_the_view(cls, up: Any, info: ValidationInfo) -> Any:
         eye, target = info.data.get("eye"), info.data.get("target")
         if np.linalg.norm(up) < PARALLEL:
-            raise PydanticCustomError("up", "up must not be zero")
+            raise PydanticCustomError("up", "up must not be zero", {"bound": "a direction"})
         if eye is not None and target is not None:
             view = np.subtract(target, eye)
             sine = np.linalg.norm(np.cross(up, view)) / np.linalg.norm(up) / np.linalg.norm(view)
@@ -52,6 +52,7 @@ class LookAt(Viewpoint):
                 raise PydanticCustomError(
                     "up",
                     "up is parallel to the view from eye to target; give another, say [0, 0, -1]",
+                    {"bound": "not parallel to the view"},
                 )
         return up
 
@@ -158,14 +159,17 @@ class MatrixPose(Viewpoint):
     def _rigid(cls, matrix: tuple[float, ...]) -> tuple[float, ...]:
         values = np.array(matrix).reshape(4, 4)
         rotation = values[:3, :3]
+        if np.abs(values).max() > FARTHEST:
+            raise PydanticCustomError("matrix", "a number is too large", {"bound": f"within ±{FARTHEST:g}"})
         is_rotation = np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-3
         if not is_rotation or np.linalg.det(rotation) < 0:
             raise PydanticCustomError(
                 "matrix",
-                "the upper left 3×3 must be a rotation (orthonormal, determinant +1)",
+                "the upper left 3×3 must be a rotation",
+                {"bound": "orthonormal, determinant +1"},
             )
         if np.abs(values[3] - [0, 0, 0, 1]).max() > 1e-6:
-            raise PydanticCustomError("matrix", "the last row must be 0 0 0 1")
+            raise PydanticCustomError("matrix", "the last row must be 0 0 0 1", {"bound": "0, 0, 0, 1"})
         return matrix
 
     def pose(self) -> Matrix:

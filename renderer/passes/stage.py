@@ -108,7 +108,8 @@ class Stage:
                 context.disable(context.CULL_FACE)
             else:
                 context.enable(context.CULL_FACE)
-            geometry = part.map_geometry if in_map else part.geometry
+            is_far = distance[i] > part.source.detail_distance
+            geometry = part.map_geometry if in_map or is_far else part.geometry
             geometry.draw(program)
             triangles += geometry.triangles
         if clips:

@@ -16,6 +16,11 @@ NO_CLIP = (0.0, 0.0, 0.0, 1.0)
 """A plane that keeps everything."""
 
 
+Window = tuple[float, float, float, float]
+"""Left, right, bottom and top of the part of an image that is wanted, in normalised device coordinates."""
+WHOLE: Window = (-1.0, 1.0, -1.0, 1.0)
+
+
 class ViewBlock(Block):
     """The view of one pass."""
 
@@ -74,10 +79,11 @@ def _phase(hertz: float, time: float, period: float | None) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """One way of looking at the scene: a camera, and the half-space that is kept."""
+    """One way of looking at the scene: a camera, the half-space that is kept, the window that is wanted."""
 
     camera: Camera
     clip_plane: tuple[float, float, float, float] = NO_CLIP
+    window: Window = WHOLE
 
     def block(self, shadow_from_world: NDArray[np.float64]) -> ViewBlock:
         """The uniform block of this look."""
@@ -92,7 +98,14 @@ class Look:
     def sees(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Which boxes, corners (n, 3), may be seen: a conservative test against each plane of the view."""
         clip = self.camera.clip_from_world
-        planes = [clip[3] + clip[0], clip[3] - clip[0], clip[3] + clip[1], clip[3] - clip[1], clip[3] - clip[2]]
+        left, right, bottom, top = self.window
+        planes = [
+            clip[0] - left * clip[3],
+            right * clip[3] - clip[0],
+            clip[1] - bottom * clip[3],
+            top * clip[3] - clip[1],
+            clip[3] - clip[2],
+        ]
         planes.append(np.array(self.clip_plane))
         if self.camera.far is not None or self.camera.lens.is_orthographic:
             planes.append(clip[2])

@@ -45,6 +45,7 @@ class WaterPass:
         look: Look,
         maps: Mapping[str, DrawnMap],
         shadows: Shadows,
+        *,
         shows: tuple[str, ...] = (),
     ) -> None:
         """Draw the water into the current target, behind what stands before it."""

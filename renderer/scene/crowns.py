@@ -19,6 +19,13 @@ Array = NDArray[np.float64]
 Detail = Literal["full", "map"]
 Kind = Literal["oak", "alder", "birch", "willow", "pine", "spruce", "shrub"]
 
+FILL = 0.72
+"""Share of a cluster's disc that hides what is behind it."""
+PEEPING = 0.16
+"""A cluster of which less than this shows is left out, but for ``STRAYS`` of them."""
+STRAYS = 0.12
+BOUGHS = 8
+"""Boughs that are drawn: those to the lobes in front."""
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
@@ -59,7 +66,7 @@ class Species:
 SPECIES: Mapping[Kind, Species] = {
     "oak": Species(9.0, 0.44, 0.24, 0.72, 0.42, 15, 0.43, 0.78, 17, 1.75, ("oak0", "oak1"), 0.034),
     "alder": Species(
-        9.5, 0.27, 0.18, 0.86, 0.36, 14, 0.5, 0.85, 14, 1.5, ("alder", "oak1"), 0.02, tint=(0.9, 1.0, 0.95)
+        9.5, 0.27, 0.18, 0.86, 0.36, 14, 0.5, 0.85, 14, 1.5, ("alder", "oak1"), 0.02
     ),
     "birch": Species(
         10.0, 0.21, 0.26, 0.92, 0.34, 15, 0.48, 1.05, 11, 1.35, ("birch",), 0.013, lean=0.1
@@ -109,7 +116,7 @@ def grow(kind: Kind, seed: int, *, height: float | None = None, detail: Detail =
     bent = lobes + _leaning(lobes[:, 1], tall, lean)
     wood = _wood(species, tall, lean, bent, radii, rng)
     card_rng = Generator(PCG64([seed, 29]))
-    share, growth = (1.0, 1.0) if detail == "full" else (0.34, 1.55)
+    share, growth = (1.0, 1.0) if detail == "full" else (0.38, 1.4)
     if kind == "spruce":
         at, out = _whorls(species, tall, round(species.cards * share), card_rng)
         at += _leaning(at[:, 1], tall, lean)
@@ -220,24 +227,40 @@ def _dress(
     occlusion *= 1 + 0.04 * rng.normal(size=count)
     whole, per_lobe = rng.normal(0, 0.05), rng.normal(0, 0.04, len(lobes))
     hue = whole + per_lobe[lobe] + rng.normal(0, 0.025, count)
-    tint = np.stack([1 + 1.8 * hue, 1 + 0.5 * hue, 1 - 1.2 * hue], axis=1) * np.array(species.tint)
+    tint = np.stack([1 + 1.5 * hue, 1 + 0.3 * hue, 1 - 0.9 * hue], axis=1) * np.array(species.tint)
     roll = np.zeros(count) + rng.normal(0, 0.12, count) if species.hanging else rng.uniform(0, 2 * np.pi, count)
     if "pine" in species.cells:
         roll = rng.normal(0, 0.35, count)
     side = species.card * scale * rng.uniform(0.8, 1.2, count)
     if "spruce" in species.cells:
         side *= 0.42 + 0.75 * (1 - at[:, 1] / tall)
+    seen = ~_hidden(at, side, species.tall) | (rng.uniform(size=count) < STRAYS)
     return Crown(
         species=species,
-        centre=at,
-        side=side,
-        facing=facing,
-        normal=normal,
-        shade=np.clip(occlusion, 0.35, 1.2)[:, None] * tint,
-        roll=roll,
-        cell=rng.integers(0, len(species.cells), count),
+        centre=at[seen],
+        side=side[seen],
+        facing=facing[seen],
+        normal=normal[seen],
+        shade=(np.clip(occlusion, 0.35, 1.2)[:, None] * tint)[seen],
+        roll=roll[seen],
+        cell=rng.integers(0, len(species.cells), count)[seen],
         wood=wood,
     )
+
+
+def _hidden(at: Array, side: Array, tall: float) -> NDArray[np.bool_]:
+    """Which clusters lie behind others, seen from +z and from 30 degrees to both sides of it."""
+    is_hidden = np.ones(len(at), bool)
+    reach = 0.4 * side
+    for bearing in np.radians([-30.0, 0.0, 30.0]):
+        across = at[:, 0] * np.cos(bearing) - at[:, 2] * np.sin(bearing)
+        depth = at[:, 0] * np.sin(bearing) + at[:, 2] * np.cos(bearing)
+        gap = np.hypot(across[:, None] - across, (at[:, None, 1] - at[:, 1]) / tall)
+        overlap = np.clip((reach[:, None] + reach - gap) / (2 * reach[:, None]), 0, 1)
+        in_front = depth[None, :] > depth[:, None] + 0.02
+        open_share = np.prod(np.where(in_front, 1 - FILL * overlap, 1.0), axis=1)
+        is_hidden &= open_share < PEEPING
+    return is_hidden
 
 
 def _leaning(y: Array, tall: float, lean: Array) -> Array:
@@ -250,21 +273,22 @@ def _wood(
     species: Species, tall: float, lean: Array, lobes: Array, radii: Array, rng: Generator
 ) -> tuple[tuple[Array, Array], ...]:
     """The trunk, then one curved bough to the heart of each lobe: paths and radii."""
-    t = np.linspace(0, 1, 7)
+    t = np.linspace(0, 1, 6)
     y = t * species.top * tall
     line = np.stack([np.zeros_like(y), y, np.zeros_like(y)], axis=1) + _leaning(y, tall, lean)
-    line[1:-1, [0, 2]] += rng.normal(0, 0.006 * tall, (5, 2))
+    line[1:-1, [0, 2]] += rng.normal(0, 0.006 * tall, (4, 2))
     foot = species.trunk * tall
     girth = foot * (1 - 0.8 * t) * (1 + 0.5 * np.exp(-t * 14))
     wood = [(line, girth)]
     if len(lobes) == 1:
         return tuple(wood)
-    for centre, radius in zip(lobes, radii, strict=True):
+    order = np.argsort(-lobes[:, 2] - radii)[:BOUGHS]
+    for centre, radius in zip(lobes[order], radii[order], strict=True):
         away = np.hypot(centre[0], centre[2])
         start = np.clip(centre[1] - rng.uniform(0.5, 0.9) * away - 0.05 * tall, species.base * tall * 0.7, y[-1] * 0.97)
         root = np.array([np.interp(start, line[:, 1], line[:, axis]) for axis in range(3)])
         handle = root + (centre - root) * [0.55, 0.35, 0.55] + rng.normal(0, 0.02 * tall, 3)
-        s = np.linspace(0, 1, 5)[:, None]
+        s = np.linspace(0, 1, 4)[:, None]
         path = (1 - s) ** 2 * root + 2 * s * (1 - s) * handle + s**2 * (centre + [0, 0.3 * radius, 0])
         thick = 0.6 * np.interp(start, line[:, 1], girth)
         wood.append((path, thick * (1 - 0.85 * s[:, 0])))

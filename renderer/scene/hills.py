@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 VALLEY = (-0.91, -0.41)
 """Direction, (x, z), of the gap in the near ridges through which the mountains are seen."""
 
-NEAR_ROWS = (80, 96, 112, 126, 138, 147, 154, 160, 166, 178, 205, 240, 275, 305, 328, 344, 358, 375, 400)
-FAR_ROWS = (400, 560, 700, 830, 940, 1030, 1110, 1180, 1300)
+NEAR_ROWS = (80, 104, 124, 138, 148, 156, 163, 176, 215, 260, 300, 328, 346, 362, 400)
+FAR_ROWS = (400, 640, 830, 960, 1050, 1120, 1200, 1300)
 """Distances of the sheet's rows, metres: those near enough to show trees, and the others."""
 
 TILE = 34.0

@@ -40,10 +40,10 @@ class Foliage:
     """Depth of the lobes of the margin, 0 (smooth) to 0.4 (oak)."""
 
 
-OAK = Foliage((116, 140, 60), 0.112, 0.6, 40, 7, 0.12, 0.22)
-ALDER = Foliage((98, 132, 66), 0.098, 0.84, 38, 7, 0.1)
-BIRCH = Foliage((142, 160, 74), 0.076, 0.78, 40, 9, 0.35)
-SHRUB = Foliage((112, 144, 82), 0.09, 0.55, 42, 8, 0.0)
+OAK = Foliage((122, 138, 74), 0.112, 0.6, 40, 7, 0.12, 0.22)
+ALDER = Foliage((108, 130, 76), 0.098, 0.84, 38, 7, 0.1)
+BIRCH = Foliage((146, 158, 90), 0.076, 0.78, 40, 9, 0.35)
+SHRUB = Foliage((118, 140, 92), 0.09, 0.55, 42, 8, 0.0)
 
 
 class Canvas:
@@ -154,7 +154,7 @@ def willow(seed: int, texels: int) -> NDArray[np.float32]:
                 shade = 0.58 + 0.5 * depth + rng.normal(0, 0.06)
                 angle = -np.pi / 2 + side * rng.uniform(0.15, 0.7)
                 size = rng.uniform(0.07, 0.11) * (1.1 - 0.5 * k / len(path))
-                draw_leaf(canvas, node, angle, size, 0.26, tinted((148, 162, 88), shade, rng.normal(0, 0.05)))
+                draw_leaf(canvas, node, angle, size, 0.26, tinted((152, 160, 100), shade, rng.normal(0, 0.05)))
     return canvas.texture()
 
 
@@ -174,7 +174,7 @@ def pine(seed: int, texels: int) -> NDArray[np.float32]:
             length = rng.uniform(0.06, 0.12)
             shade = 0.48 + 0.5 * depth + 0.12 * np.sin(angle) + rng.normal(0, 0.06)
             end = centre + length * np.array([np.cos(angle), np.sin(angle)])
-            canvas.line(np.stack([centre, end]), tinted((104, 132, 92), shade, rng.normal(0, 0.04)), 0.0058)
+            canvas.line(np.stack([centre, end]), tinted((110, 130, 98), shade, rng.normal(0, 0.04)), 0.0058)
     return canvas.texture()
 
 
@@ -199,7 +199,7 @@ def spruce(seed: int, texels: int) -> NDArray[np.float32]:
                 shade = 0.42 + 0.5 * depth + rng.normal(0, 0.06)
                 lean = angle + turn * rng.uniform(0.4, 1.2)
                 end = node + rng.uniform(0.03, 0.05) * np.array([np.cos(lean), np.sin(lean)])
-                canvas.line(np.stack([node, end]), tinted((96, 126, 88), shade, rng.normal(0, 0.03)), 0.0075)
+                canvas.line(np.stack([node, end]), tinted((100, 122, 92), shade, rng.normal(0, 0.03)), 0.0075)
     return canvas.texture()
 
 

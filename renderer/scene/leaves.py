@@ -1,6 +1,6 @@
 """The foliage atlas, the bark, and the materials that wear them.
 
-    atlas() -> Texture      name "foliage": 1024², sRGB, coverage in alpha, mipmaps keep coverage
+    atlas() -> Texture      name "foliage": 1280 by 1024, sRGB, coverage in alpha, mipmaps keep coverage
     bark() -> Texture       name "bark": left half furrowed, right half birch; repeats upwards
     LEAVES, BLADES, BARK    materials: alpha-tested cards, solid blades and pads, wood
 
@@ -24,8 +24,8 @@ from renderer.scene.portraits import portrait, thicket
 
 TEXELS = 256
 """Side of a cell."""
-GRID = 4
-"""Cells in a row and rows of the atlas."""
+COLUMNS, ROWS = 5, 4
+"""Cells of the atlas."""
 CUTOFF = 0.5
 SPARED = 0.004
 
@@ -56,6 +56,9 @@ DRAWINGS: Mapping[str, Drawing] = MappingProxyType(
 PORTRAITS: Mapping[str, Portrait] = MappingProxyType(
     {
         "far_oak": lambda cells: portrait("oak", 31, TEXELS, cells),
+        "far_alder": lambda cells: portrait("alder", 35, TEXELS, cells),
+        "far_birch": lambda cells: portrait("birch", 36, TEXELS, cells),
+        "far_willow": lambda cells: portrait("willow", 37, TEXELS, cells),
         "far_spruce": lambda cells: portrait("spruce", 32, TEXELS, cells),
         "far_pine": lambda cells: portrait("pine", 33, TEXELS, cells),
         "thicket0": lambda cells: thicket(("alder", "oak", "birch", "oak", "alder"), 34, TEXELS, cells),
@@ -70,17 +73,17 @@ CELLS: Mapping[str, int] = MappingProxyType(
 
 def at(cell: str, st: NDArray[np.floating]) -> NDArray[np.float64]:
     """Texture coordinates (…, 2) of points of a cell, ``st`` (…, 2) in 0..1 with t up."""
-    row, column = divmod(CELLS[cell], GRID)
+    row, column = divmod(CELLS[cell], COLUMNS)
     inset = np.clip(np.asarray(st, np.float64), 0.5 / TEXELS, 1 - 0.5 / TEXELS)
-    return np.stack([(column + inset[..., 0]) / GRID, (row + 1 - inset[..., 1]) / GRID], axis=-1)
+    return np.stack([(column + inset[..., 0]) / COLUMNS, (row + 1 - inset[..., 1]) / ROWS], axis=-1)
 
 
 @lru_cache(maxsize=1)
 def atlas() -> Texture:
     """The foliage atlas; its transparent texels carry the colour of the nearest leaf."""
-    image = np.zeros((GRID * TEXELS, GRID * TEXELS, 4), np.uint8)
+    image = np.zeros((ROWS * TEXELS, COLUMNS * TEXELS, 4), np.uint8)
     for name, texels in _painted().items():
-        row, column = divmod(CELLS[name], GRID)
+        row, column = divmod(CELLS[name], COLUMNS)
         window = np.s_[row * TEXELS : (row + 1) * TEXELS, column * TEXELS : (column + 1) * TEXELS]
         image[window] = np.round(np.clip(texels, 0, 1) * 255)
     image.flags.writeable = False

@@ -26,17 +26,19 @@ REED_BEDS = (
 )  # fmt: skip
 """(x, z, radius, culms): they grow where the water is shallow enough."""
 CATTAIL_BEDS = ((-17.0, 1.6, 1.5, 26), (-5.6, -14.0, 1.6, 26), (1.9, 6.3, 0.9, 14), (12.9, -7.0, 1.4, 22), (-2.6, 10.9, 1.2, 16))
-LILIES = ((2.0, 2.6, 1.5, 30), (-8.8, -6.4, 2.2, 40), (8.6, -6.8, 1.7, 26), (-12.0, 2.6, 1.9, 28))
+LILIES = ((2.0, 2.6, 1.5, 30), (-8.8, -6.4, 2.2, 40), (11.2, -3.0, 1.6, 24), (-12.0, 2.6, 1.9, 28))
 """(x, z, spread, pads)."""
 HEROES: Sequence[tuple[Kind, float, float, float]] = (
     ("willow", -21.0, -6.6, 7.6),
     ("birch", -22.6, 2.4, 9.4), ("birch", -24.4, 0.6, 8.2), ("birch", -21.6, 5.6, 8.8),
     ("oak", -14.2, -19.4, 9.0), ("alder", -10.4, -20.4, 8.6), ("alder", -18.6, -17.2, 7.6),
     ("pine", 3.6, -20.6, 10.4), ("pine", 6.4, -23.0, 9.2), ("spruce", -2.0, -25.6, 10.5), ("spruce", 0.6, -27.4, 8.6),
-    ("willow", 21.0, -6.0, 7.2), ("birch", 22.6, 4.2, 9.2), ("alder", 22.0, 7.4, 8.6),
+    ("willow", 19.4, -5.6, 7.0), ("birch", 25.0, 5.4, 9.2), ("alder", 24.6, 9.6, 8.6),
     ("oak", -9.6, 21.6, 8.6), ("alder", -14.4, 18.8, 8.2), ("pine", 13.0, 21.4, 10.0),
 )  # fmt: skip
 """(kind, x, z, height) of the trees that make the picture."""
+WILD = ("far_oak", "far_alder", "far_birch", "far_alder", "far_oak", "far_spruce", "far_birch", "far_pine")
+"""What the trees between and behind them are."""
 VISTAS = ((207.0, 9.0), (285.0, 8.0), (60.0, 12.0), (150.0, 9.0))
 """Bearings (from +x towards +z) and half widths, degrees, where no further tree stands."""
 
@@ -96,24 +98,26 @@ def _bank_plants(seed: int, height: Field, shore: Array, density: Field | None) 
 
 def _woods(seed: int, height: Field) -> list[SceneObject]:
     spots = np.array([[x, z] for _, x, z, _ in HEROES])
-    wild = scatter.ring(seed + 10, height, 20, inner=24.0, outer=44.0, gaps=VISTAS, taken=spots, apart=4.5)
-    usual: tuple[Kind, ...] = ("oak", "alder", "birch", "alder", "oak", "spruce", "birch")
-    kinds = [kind for kind, *_ in HEROES] + [usual[k % len(usual)] for k in range(len(wild))]
-    heights = np.array([tall for *_, tall in HEROES] + [6.8 + 2.6 * (k * 0.618 % 1) for k in range(len(wild))])
-    ground = np.stack([spots[:, 0], height(spots[:, 0], spots[:, 1]), spots[:, 1]], axis=1)
-    places = np.concatenate([ground, wild])
+    places = np.stack([spots[:, 0], height(spots[:, 0], spots[:, 1]), spots[:, 1]], axis=1)
+    kinds, heights = [kind for kind, *_ in HEROES], np.array([tall for *_, tall in HEROES])
     objects = []
     for k, part in enumerate(scatter.sectors(places, 8)):
         wood = trees.forest(seed + k, places[part], [kinds[i] for i in part], heights[part])
         objects.append(_object(f"trees-{k}", [wood.leaves, wood.leaves_far], leaves.LEAVES, "tree"))
         objects.append(_object(f"trunks-{k}", [wood.trunk, wood.trunk_far], leaves.BARK, "tree"))
-    far = [
-        scatter.ring(seed + 11, height, 44, inner=50.0, outer=62.0, apart=6.0),
-        scatter.ring(seed + 12, height, 70, inner=66.0, outer=88.0, apart=6.5),
+    wild = scatter.ring(seed + 10, height, 26, inner=28.0, outer=46.0, gaps=VISTAS, taken=spots, apart=5.0)
+    names = np.array(WILD)[np.arange(len(wild)) % len(WILD)]
+    tall = 7.0 + 2.8 * (np.arange(len(wild)) * 0.618 % 1)
+    for k, part in enumerate(scatter.sectors(wild, 8)):
+        mesh = trees.far_trees(seed + k, wild[part], names[part].tolist(), tall[part])
+        objects.append(_object(f"wild-{k}", [mesh, mesh], leaves.LEAVES, "tree"))
+    edge = [
+        scatter.ring(seed + 11, height, 34, inner=52.0, outer=62.0, apart=8.0),
+        scatter.ring(seed + 12, height, 44, inner=66.0, outer=86.0, apart=8.5),
     ]
-    places = np.concatenate(far)
-    for k, part in enumerate(scatter.sectors(places, 8)):
-        mesh = trees.belt(seed + k, places[part])
+    far = np.concatenate(edge)
+    for k, part in enumerate(scatter.sectors(far, 8)):
+        mesh = trees.belt(seed + k, far[part])
         objects.append(_object(f"belt-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False))
     return objects
 

@@ -67,6 +67,8 @@ BOULDERS = (
     rocks.Stone(18.2, 12.4, (1.10, 0.90, 0.95), 40.0, 0.45),
     rocks.Stone(-19.8, -6.5, (1.30, 1.00, 1.10), 80.0, 0.45),
 )
+NEAR = (0, 1, 2, 4)
+"""Boulders that stand close before the default camera."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +122,7 @@ def terrain_objects(land: Land) -> list[SceneObject]:
     height = land.shore.height
     world = AXIS.world
     away = np.hypot(world[None, :], world[:, None])
-    seen = 1 / (0.25 + away / 12) * np.where(height < -0.8, 0.45, 1.0)
+    seen = 1 / (0.5 + away / 16) * np.where(height < -0.12, 0.14, 1.0)
     step = np.clip(0.7 + away / 14, 0.7, 9.0) / AXIS.spacing[:, None]
     error = terrain.split_errors(height, seen.astype(np.float32), step.astype(np.float32))
     sunk = height.copy()
@@ -150,7 +152,7 @@ def rock_objects(land: Land) -> list[SceneObject]:
     tags = frozenset({"rock"})
     parts = []
     for number, boulder in enumerate(land.boulders):
-        level = 2 + (max(boulder.size) > 0.55) + (max(boulder.size) > 1.2)
+        level = 3 if number in NEAR or max(boulder.size) > 1.2 else 2
         full, plain = (rocks.stones([boulder], SEED + 211 * number, detail, land.height) for detail in (level, level - 1))
         parts.append(SceneObject(f"boulder {number}", full, ROCK, tags, map_mesh=plain))
     for quarter in range(4):
@@ -178,10 +180,10 @@ def hill_objects() -> list[SceneObject]:
     tags = frozenset({"hills"})
     parts = []
     for name, rows, material, columns in (
-        ("woods", hills.NEAR_ROWS, HILLS, 1080),
-        ("mountains", hills.FAR_ROWS, MOUNTAINS, 720),
+        ("woods", hills.NEAR_ROWS, HILLS, 600),
+        ("mountains", hills.FAR_ROWS, MOUNTAINS, 360),
     ):
-        full, plain = (hills.hill_sheet(SEED, rows, count, 12) for count in (columns, 360))
+        full, plain = (hills.hill_sheet(SEED, rows, count, 12) for count in (columns, 180))
         parts += [
             SceneObject(f"{name} {number}", mesh, material, tags, casts_shadow=False, map_mesh=plain[number])
             for number, mesh in enumerate(full)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -25,6 +26,8 @@ class SceneObject:
     map_mesh: Mesh | None = None
     in_maps: bool = True
     """False where the object is too small to be seen in a reflection."""
+    detail_distance: float = math.inf
+    """Metres from the eye beyond which ``map_mesh`` serves in the picture itself too."""
 
 
 @dataclass(frozen=True, eq=False)

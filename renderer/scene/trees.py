@@ -2,10 +2,10 @@
 
     tree(kind, seed, *, height=None) -> TreeMeshes(trunk, leaves, leaves_far)   at the origin
         kind: "oak" | "birch" | "alder" | "willow" | "pine"
-    forest(seed, places, kinds=None) -> TreeMeshes           many trees in one; places (n, 3) ground
-    sectors(places, count) -> list of index arrays           by direction from the origin, for culling
+    forest(seed, places, kinds, heights=None) -> TreeMeshes  many trees in one; places (n, 3) ground
     shrubs(seed, places, *, size=1.3, detail="full") -> Mesh bushes (LEAVES)
-    belt(seed, places, *, height=9.0) -> Mesh                one-card far trees, cheap (LEAVES)
+    far_trees(seed, places, names, heights) -> Mesh          whole trees painted on one card each (LEAVES)
+    belt(seed, places, *, height=9.0) -> Mesh                a far wood's edge of such cards
 
 Materials: trunk ``leaves.BARK``, all else ``leaves.LEAVES``. Cards face the origin more or less and
 are sorted from the origin outwards, because every camera stands near the pond: draw the objects
@@ -28,6 +28,8 @@ from renderer.scene.portraits import FILL, STRETCH
 
 FURROWED, BIRCH_BARK = (0.03, 0.47), (0.53, 0.97)
 """The two halves of the bark texture in u."""
+FAN = np.array([[0, k, k + 1] for k in range(1, 7)])
+"""The triangles of an octagon."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,35 +96,39 @@ def shrubs(seed: int, places: Array, *, size: float = 1.3, detail: Detail = "ful
     return Mesh.merge(parts)
 
 
-def belt(seed: int, places: Array, *, height: float = 9.0) -> Mesh:
-    """Far trees and thickets, one octagon each that faces the origin, nearest first."""
+def far_trees(seed: int, places: Array, names: Sequence[str], heights: Array) -> Mesh:
+    """Trees as portraits: one octagon each that faces the origin, nearest first.
+
+    ``names`` are portraits of ``leaves.PORTRAITS``; ``heights`` (n,) metres.
+    """
     rng = Generator(PCG64([seed, 53]))
-    places = places[np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable")]
+    order = np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable")
+    places, chosen, tall = places[order], np.array(names)[order], heights[order] / FILL
     count = len(places)
-    names = rng.choice(["thicket0", "thicket1", "far_oak", "far_spruce", "far_pine"], count, p=[0.36, 0.36, 0.12, 0.1, 0.06])
-    tall = height * rng.uniform(0.75, 1.25, count) / FILL
-    is_wide = np.char.startswith(names, "thicket")
+    width = np.where(np.char.startswith(chosen, "thicket"), STRETCH, 1.0)
     mirrored = rng.choice([-1.0, 1.0], count)
-    hulls = np.stack([leaves.hull(name) for name in names])
+    hulls = np.stack([leaves.hull(name) for name in chosen])
     local = (hulls - [0.5, 0.02]) * tall[:, None, None]
-    across = local[..., 0] * np.where(is_wide, STRETCH, 1.0)[:, None] * mirrored[:, None]
     facing = -places * [1.0, 0.0, 1.0]
     facing /= np.linalg.norm(facing, axis=1, keepdims=True)
-    right = np.stack([facing[:, 2], np.zeros(count), -facing[:, 0]], axis=1)
-    position = places[:, None] + across[..., None] * right[:, None] + local[..., 1:] * [0.0, 1.0, 0.0]
-    outward = (position - places[:, None] - [0, 0.45, 0] * tall[:, None, None]) / tall[:, None, None]
+    right = np.stack([facing[:, 2], np.zeros(count), -facing[:, 0]], axis=1) * (width * mirrored)[:, None]
+    position = places[:, None] + local[..., :1] * right[:, None] + local[..., 1:] * [0.0, 1.0, 0.0]
+    outward = (position - places[:, None]) / tall[:, None, None] - [0, 0.45, 0]
     normal = facing[:, None] * 0.8 + 1.3 * outward + [0.0, 0.25, 0.0]
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    hue, shade = rng.normal(0, 0.04, count), rng.uniform(0.85, 1.12, count)
-    tint = np.stack([1 + 1.8 * hue, 1 + 0.4 * hue, 1 - hue], axis=1) * shade[:, None]
+    hue, shade = rng.normal(0, 0.04, count), rng.uniform(0.88, 1.12, count)
+    tint = np.stack([1 + 1.5 * hue, 1 + 0.3 * hue, 1 - hue], axis=1) * shade[:, None]
     color = np.concatenate([np.repeat(tint[:, None], 8, axis=1), np.zeros((count, 8, 1))], axis=2)
-    uv = np.stack([leaves.at(name, leaves.hull(name)) for name in names])
-    fan = np.array([[0, k, k + 1] for k in range(1, 7)])
-    triangles = np.where(mirrored[:, None, None] > 0, fan, fan[:, ::-1])
-    index = (np.arange(count) * 8)[:, None, None] + triangles
-    return Mesh.build(
-        position.reshape(-1, 3), index.reshape(-1, 3), normal=normal.reshape(-1, 3), uv=uv.reshape(-1, 2), color=color.reshape(-1, 4)
-    )
+    uv = np.stack([leaves.at(name, leaves.hull(name)) for name in chosen])
+    triangles = np.where(mirrored[:, None, None] > 0, FAN, FAN[:, ::-1])
+    return _merged(position, normal, uv, color, triangles)
+
+
+def belt(seed: int, places: Array, *, height: float = 9.0) -> Mesh:
+    """A far wood's edge: thickets, and now and then a single tree, as ``far_trees``."""
+    rng = Generator(PCG64([seed, 54]))
+    names = rng.choice(["thicket0", "thicket1", "far_oak", "far_spruce"], len(places), p=[0.4, 0.4, 0.1, 0.1])
+    return far_trees(seed, places, names.tolist(), height * rng.uniform(0.75, 1.25, len(places)))
 
 
 def cards(crown: Crown) -> Mesh:
@@ -149,24 +155,15 @@ def cards(crown: Crown) -> Mesh:
     height = np.clip(position[..., 1] / max(float(position[..., 1].max()), 1e-6), 0, 1)
     color = np.repeat(color[:, None], corners, axis=1)
     color[..., 3] = 0.35 * height**2
-    fan = np.array([[0, k, k + 1] for k in range(1, corners - 1)])
-    index = (np.arange(count) * corners)[:, None, None] + fan
-    return Mesh.build(
-        position.reshape(-1, 3),
-        index.reshape(-1, 3),
-        normal=normal.reshape(-1, 3),
-        uv=uv.reshape(-1, 2),
-        color=color.reshape(-1, 4),
-    )
+    return _merged(position, normal, uv, color, FAN)
 
 
 def wood(crown: Crown, kind: Kind, *, sides: int) -> Mesh:
-    """Trunk and boughs as tapering tubes; boughs have one side less than the trunk has."""
+    """Trunk and boughs as tapering tubes; boughs have three sides."""
     half = BIRCH_BARK if kind == "birch" else FURROWED
     parts = []
-    for rank, (path, radii) in enumerate(crown.wood):
-        step = 1 if sides > 3 else 2
-        parts.append(tube(path[::step], radii[::step], sides if rank == 0 else max(3, sides - 2), half))
+    for rank, (path, radii) in enumerate(crown.wood if sides > 3 else crown.wood[:4]):
+        parts.append(tube(path, radii, sides if rank == 0 else 3, half))
     mesh = Mesh.merge(parts)
     inside = 1 - 0.45 * np.clip(mesh.position[:, 1] / max(float(mesh.position[:, 1].max()), 1e-6), 0, 1)
     color = np.concatenate(
@@ -192,6 +189,18 @@ def tube(path: Array, radii: Array, sides: int, u: tuple[float, float]) -> Mesh:
     quads = np.stack([k, k + 1, k + sides + 2, k, k + sides + 2, k + sides + 1], axis=-1)
     return Mesh.build(
         position.reshape(-1, 3), quads.reshape(-1, 3), normal=ring.reshape(-1, 3), uv=uv.reshape(-1, 2)
+    )
+
+
+def _merged(position: Array, normal: Array, uv: Array, color: Array, triangles: NDArray[np.int64]) -> Mesh:
+    """One mesh of n cards of eight corners each; all arrays (n, 8, …)."""
+    index = (np.arange(len(position)) * 8)[:, None, None] + triangles
+    return Mesh.build(
+        position.reshape(-1, 3),
+        index.reshape(-1, 3),
+        normal=normal.reshape(-1, 3),
+        uv=uv.reshape(-1, 2),
+        color=color.reshape(-1, 4),
     )
 
 

@@ -32,9 +32,9 @@ class Luna(Technique):
     """gRefractBias: added to the refraction weight; below 0 reflection wins before grazing (section 4)."""
     refraction_power: Number = Field(2.0, gt=0.0, le=64.0)
     """gRefractPower: exponent on the cosine of the view angle in the refraction weight (section 4)."""
-    tile_0: Length = Field(12.8, gt=0.0, le=1e4)
+    tile_0: Length = Field(12.8, ge=1e-3, le=1e4)
     """Side of one tile of the first normal map (section 2.3: different frequencies)."""
-    tile_1: Length = Field(12.8, gt=0.0, le=1e4)
+    tile_1: Length = Field(12.8, ge=1e-3, le=1e4)
     """Side of one tile of the second normal map."""
     velocity_0: Vec2 = (0.09, 0.06)
     """Scroll of the first normal map along x and z, tiles per second (section 5: different velocities)."""
@@ -63,6 +63,10 @@ class Luna(Technique):
             "reflection": MapSpec(camera="mirror", clip="above", clear=(1.0, 1.0, 1.0, 0.0)),
             "refraction": MapSpec(camera="direct"),
         }
+
+    def reach(self) -> tuple[float, float]:
+        """The ripple scale: a unit normal has no longer component."""
+        return abs(self.ripple_scale[0]), abs(self.ripple_scale[1])
 
     def blocks(self, time: float, period: float | None) -> tuple[Block, ...]:
         """Where the two normal maps stand."""

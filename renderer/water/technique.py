@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from renderer.blocks import Block
 from renderer.scene.material import Texture
-from renderer.units import Length
+from renderer.units import Coordinate, Length
 
 
 def _ordered(value: Any) -> Any:
@@ -24,9 +24,8 @@ def _ordered(value: Any) -> Any:
     return value
 
 
-_Coordinate = Annotated[float, Field(allow_inf_nan=False, ge=-1e7, le=1e7)]
 Extents = Annotated[
-    tuple[_Coordinate, _Coordinate, _Coordinate, _Coordinate],
+    tuple[Coordinate, Coordinate, Coordinate, Coordinate],
     BeforeValidator(_ordered),
     Field(json_schema_extra={"x-unit": "m"}),
 ]
@@ -82,6 +81,10 @@ class Technique(Block):
 
     def maps(self) -> Mapping[str, MapSpec]:
         """The maps by name: ``reflection`` and ``refraction``."""
+        raise NotImplementedError
+
+    def reach(self) -> tuple[float, float]:
+        """The farthest that the water moves a map's coordinates, as fractions of the map: u, v."""
         raise NotImplementedError
 
     def blocks(self, time: float, period: float | None) -> tuple[Block, ...]:

@@ -54,7 +54,7 @@ def run(arguments: Sequence[str]) -> int:
         raise Usage(f"one OUT is needed, not {len(given.positional)}: {USAGE}")
     out = Path(given.positional[0])
     write = _writer(out)
-    plan = _plan(given, is_movie=write is _write_movie)
+    plan = _plan(given)
     refuse_unwritable(out)
     console = Console(stderr=True)
     workers = given.number("workers", cores())
@@ -72,10 +72,8 @@ def run(arguments: Sequence[str]) -> int:
     return 0
 
 
-def _plan(given: Arguments, *, is_movie: bool) -> TurntablePlan:
+def _plan(given: Arguments) -> TurntablePlan:
     frame = given.frame_fields()
-    if is_movie and frame.get("format", "png") != "png":
-        raise Usage("a movie is made from PNG frames: leave --format out")
     turning = [(option.name, given.own[option.name]) for option in TURNS if option.name in given.own]
     try:
         return plan_turntable(frame, parse_query(turning), None, None)

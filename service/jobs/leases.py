@@ -35,6 +35,8 @@ class Exchange:
     claimed: tuple[Lease, ...]
     unwanted: frozenset[str]
     """Ids of its jobs for which nothing should be drawn any more."""
+    ended: frozenset[str]
+    """Ids of the jobs that the reports ended."""
 
 
 class Leases:
@@ -52,10 +54,10 @@ class Leases:
         priority, the oldest first. The caller names in ``held`` only what it knows to be under way.
         """
         with self._store.writing() as connection:
-            _apply(connection, reports)
+            ended = _apply(connection, reports)
             self._renew(connection, held)
             claimed = self._claim(connection, want) if want > 0 else ()
-            return Exchange(claimed, _unwanted(connection, held))
+            return Exchange(claimed, _unwanted(connection, held), ended)
 
     def reclaim(self, *, everything: bool = False) -> int:
         """Take back leases that have ended, or all of them, where no other dispatcher can be alive."""
@@ -114,7 +116,7 @@ class Leases:
         ]
 
 
-def _apply(connection: Connection, reports: Sequence[Report]) -> None:
+def _apply(connection: Connection, reports: Sequence[Report]) -> frozenset[str]:
     done = [_done(report) for report in reports if isinstance(report, Done)]
     failed = [_failed(report) for report in reports if isinstance(report, Failed)]
     released = [_place(report.lease) for report in reports if isinstance(report, Released)]
@@ -134,8 +136,8 @@ def _apply(connection: Connection, reports: Sequence[Report]) -> None:
         log.warning(
             "%d of %d reports came without their lease and changed nothing", len(reports) - applied, len(reports)
         )
-    for job_id in {report.lease.job_id for report in reports}:
-        settle(connection, job_id)
+    jobs = {report.lease.job_id for report in reports}
+    return frozenset(job_id for job_id in jobs if settle(connection, job_id))
 
 
 def _unwanted(connection: Connection, held: Collection[Lease]) -> frozenset[str]:

@@ -80,7 +80,10 @@ FRAMES = Table(
     Column("error", JSON(none_as_null=True)),
     Index(None, "job_id", "state", "rank"),
 )
-"""One row a frame of a job. ``number`` is its index in the job, ``rank`` is its place in the order of drawing; ``fence`` counts its leases."""
+"""One row a frame of a job.
+
+``number`` is its index in the job, ``rank`` its place in the order of drawing; ``fence`` counts its leases.
+"""
 
 
 def open_database(url: str) -> Engine:

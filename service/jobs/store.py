@@ -178,24 +178,25 @@ def counts(connection: Connection, job: Job) -> Counts:
     return Counts(job.total, **{str(state): number for state, number in connection.execute(query)})
 
 
-def settle(connection: Connection, job_id: str) -> None:
-    """End a job of which nothing is left to draw."""
-    job = _job(connection, job_id)
+def settle(connection: Connection, job_id: str) -> bool:
+    """End a job of which nothing is left to draw; returns whether it ended now."""
+    job = _as_job(connection.execute(select(JOBS).where(JOBS.c.id == job_id)).mappings().one())
     now = counts(connection, job)
     if job.state in ENDED or now.pending or now.leased:
-        return
+        return False
     if job.state is JobState.QUEUED:
         _move(connection, job, after(job.state, Action.START))
         job = _job(connection, job_id)
     if now.failed == 0:
         _move(connection, job, after(job.state, Action.SUCCEED))
-        return
+        return True
     failed = select(FRAMES.c.number, FRAMES.c.error).where(
         FRAMES.c.job_id == job_id, FRAMES.c.state == FrameState.FAILED
     )
     rows = connection.execute(failed.order_by(FRAMES.c.number)).all()
     error = {**(rows[0].error or {}), "frames": [row.number for row in rows]}
     _move(connection, job, after(job.state, Action.FAIL), error)
+    return True
 
 
 def start(connection: Connection, job_id: str) -> None:

@@ -66,7 +66,7 @@ class Boundary:
             status = status or CLIENT_CLOSED
         except Exception as error:
             problem = problem_of(error)
-            if problem.status >= INTERNAL or status:
+            if problem.kind in UNEXPECTED or status:
                 ACCESS.error("request failed", exc_info=error, extra={"request_id": request_id, "kind": problem.kind})
             if not status:  # an answer that has begun can only be broken off, which the return does
                 response = problem.response(scope["path"], request_id)
@@ -125,7 +125,8 @@ class Boundary:
 
 CLIENT_CLOSED = 499
 """What the log says of a client that left (no such status is ever sent)."""
-INTERNAL = 500
+UNEXPECTED = frozenset({"internal-error", "render-failed"})
+"""Kinds whose whole story the log must hold."""
 
 
 def _request_id(headers: Headers) -> str:
@@ -137,9 +138,17 @@ def _host_name(host: str) -> str:
     """The name of a Host header, without port and brackets, lower case."""
     bracketed = re.fullmatch(r"\[([0-9a-fA-F:.]+)\](:\d+)?", host)
     if bracketed:
-        return str(ipaddress.ip_address(bracketed[1])) if ":" in bracketed[1] else ""
+        return _plain_address(bracketed[1])
     name, _, _port = host.partition(":")
     return name.lower()
+
+
+def _plain_address(text: str) -> str:
+    """An IPv6 address in its shortest form, or nothing."""
+    try:
+        return str(ipaddress.ip_address(text))
+    except ValueError:
+        return ""
 
 
 def _is_among(given: bytes, keys: Collection[bytes]) -> bool:

@@ -10,11 +10,13 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse
 
 from renderer.errors import FieldProblem
+from service.artifacts import artifact_name
 from service.frames import StoredFrame
 from service.jobs import JobView
+from service.jobs.view import PRODUCTS
 from service.problems import Problem, invalid
 from service.routes import schema
-from service.routes.answering import caching, is_known_to, provenance
+from service.routes.answering import caching, is_known_to, provenance, repr_digest
 from service.routes.files import file_answer
 from service.routes.parts import parts_of
 from service.routes.reading import read_json
@@ -30,7 +32,7 @@ router = APIRouter(tags=["jobs"])
     operation_id="submit_job",
     status_code=202,
     responses={202: schema.answer("The job."), **schema.problems(400, 403, 413, 415, 422, 503)},
-    openapi_extra=schema.body("TurntableRequest", {"kind": "turntable", "frame": schema.EXAMPLE, "turntable": {}}),
+    openapi_extra=schema.body("JobRequest", {"kind": "turntable", "frame": schema.EXAMPLE, "outputs": ["mp4"]}),
 )
 async def submit(request: Request) -> Response:
     """A job, checked as a whole and written down before it is answered.
@@ -90,7 +92,7 @@ def _image(request: Request, stored: StoredFrame, suffix: str, cached: dict[str,
     expected = schema.suffixes_of(stored.media_type)
     if suffix not in expected:
         raise Problem("not-found", f"The job's frames are written .{' or .'.join(expected)}, not .{suffix}.")
-    etag = f'"{stored.key}-{stored.fingerprint}"'
+    etag = f'"{artifact_name(stored.key, stored.fingerprint)}"'
     headers = {"ETag": etag, "X-Frame-Key": stored.key, "X-Fingerprint": stored.fingerprint, **cached}
     if is_known_to(request.headers.get("if-none-match", ""), etag):
         return Response(status_code=304, headers=headers)
@@ -102,18 +104,19 @@ def _image(request: Request, stored: StoredFrame, suffix: str, cached: dict[str,
     operation_id="job_product",
     response_class=Response,
     responses={
-        200: schema.binary("application/zip", "video/mp4", "image/png"),
-        206: schema.binary("application/zip", "video/mp4"),
+        200: schema.binary(*PRODUCTS.values()),
+        206: schema.binary(*PRODUCTS.values()),
         **schema.problems(404, 409, 410, 416),
     },
 )
 @router.head("/v1/jobs/{job_id}/{product}", include_in_schema=False)
 async def product(request: Request, job_id: str, product: str) -> Response:
-    """``result.zip``, ``result.mp4`` or ``contact-sheet.png``: verified against the job's frames; by Range too."""
+    """``result.zip``, ``result.mp4``, ``contact-sheet.png`` or ``manifest.json``: verified against the job's frames; by Range too."""
     parts = parts_of(request)
     made = await anyio.to_thread.run_sync(parts.jobs.product, job_id, product)
     headers = {
         **caching(parts.settings),
+        "Repr-Digest": repr_digest(made.digest),
         "Content-Disposition": f'inline; filename="{made.filename}"',
     }
     return await file_answer(request, made.path, made.media_type, made.etag, headers)

@@ -13,6 +13,7 @@ from renderer.request import FrameRequest
 from renderer.trajectory import Turntable
 from service.asking import SUFFIXES
 from service.fields import FieldFacts, frame_fields
+from service.jobs.spec import JobForm
 from service.problem_kinds import KINDS
 from service.problems import MEDIA_TYPE
 
@@ -57,9 +58,20 @@ TURNTABLE_BODY: Mapping[str, Any] = {
         "kind": {"const": "turntable"},
         "frame": {"$ref": REF.format(model="FrameRequest")},
         "turntable": {"$ref": REF.format(model="Turntable")},
-        "outputs": {"type": "array", "items": {"enum": ["zip", "mp4"]}, "default": ["mp4"]},
+        "outputs": {"type": "array", "items": {"enum": ["zip", "mp4"]}, "maxItems": 1},
+        "format": {"enum": ["zip", "mp4"]},
     },
 }
+
+
+def job_form() -> dict[str, Any]:
+    """The schema of a job's body, with what it draws spelt out."""
+    form = JobForm.model_json_schema()
+    drawn = {
+        "frame": {"$ref": REF.format(model="FrameRequest")},
+        "turntable": {"$ref": REF.format(model="Turntable")},
+    }
+    return {**form, "title": "JobRequest", "properties": {**form["properties"], **drawn}}
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -138,7 +150,7 @@ def install(app: FastAPI, version: str) -> None:
         if app.openapi_schema is None:
             described = get_openapi(title=app.title, version=version, description=app.description, routes=app.routes)
             schemas = described.setdefault("components", {}).setdefault("schemas", {})
-            schemas.update(Problem=PROBLEM_SCHEMA, TurntableRequest=TURNTABLE_BODY)
+            schemas.update(Problem=PROBLEM_SCHEMA, TurntableRequest=TURNTABLE_BODY, JobRequest=job_form())
             for model in (FrameRequest, Turntable):
                 schema = model.model_json_schema(ref_template=REF)
                 schemas.update(schema.pop("$defs", {}))

@@ -86,8 +86,6 @@ def _asked(body: Mapping[str, Any], parts: Parts, accepted: str | None) -> tuple
         plan = plan_turntable(body.get("frame", {}), body.get("turntable", {}), limits, limits.sequence_frames)
     except InvalidRequest as error:
         raise InvalidRequest((*problems, *error.problems)) from None
-    if output == "mp4" and plan.frame.format != "png":
-        problems.append(FieldProblem("frame.format", "a movie is made from png frames", plan.frame.format, "png"))
     if problems:
         raise InvalidRequest(tuple(problems))
     return output, plan

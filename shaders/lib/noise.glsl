@@ -111,8 +111,12 @@ float gradient_noise(vec3 p, uint seed)
     return mix(layers.x, layers.y, w.z);
 }
 
+// Twice as fine, turned by angles of 3-4-5 triangles: exact in floats, and no two octaves' lattices line up.
+const mat2 NOISE_TURN_PLANE = mat2(1.6, -1.2, 1.2, 1.6);
+const mat3 NOISE_TURN = mat3(1.6, -0.96, 0.72, 1.2, 1.28, -0.96, 0.0, 1.2, 1.6);
+
 // Fractional Brownian motion (Musgrave 2003, section 16.3): octaves of gradient noise, each twice as fine and half as
-// strong, turned by the 3-4-5 angle so that lattices don't line up. p: in cells of the first octave; octaves: 1..12, its
+// strong. p: in cells of the first octave; octaves: 1..12, its
 // fraction fades the last one in; seed: any. Returns about -1..1, mean 0.
 float fbm(vec2 p, float octaves, uint seed)
 {
@@ -121,13 +125,13 @@ float fbm(vec2 p, float octaves, uint seed)
     for (uint i = 0u; float(i) < octaves; ++i)
     {
         sum += weight * min(octaves - float(i), 1.0) * gradient_noise(p, seed + i);
-        p = mat2(1.6, -1.2, 1.2, 1.6) * p;
+        p = NOISE_TURN_PLANE * p;
         weight *= 0.5;
     }
     return sum;
 }
 
-// The same in space; the turn is about two axes.
+// The same in space.
 float fbm(vec3 p, float octaves, uint seed)
 {
     float sum = 0.0;
@@ -135,7 +139,7 @@ float fbm(vec3 p, float octaves, uint seed)
     for (uint i = 0u; float(i) < octaves; ++i)
     {
         sum += weight * min(octaves - float(i), 1.0) * gradient_noise(p, seed + i);
-        p = mat3(1.6, -0.96, 0.72, 1.2, 1.28, -0.96, 0.0, 1.2, 1.6) * p;
+        p = NOISE_TURN * p;
         weight *= 0.5;
     }
     return sum;

@@ -2,7 +2,7 @@
 // is said, so that no pixel pays for one.
 
 const float SKY_STRETCH = 2.0;  // heights count double: the horizon, which pictures show, gets the finer texels
-const float GROUND_SLOPE = 0.3;   // tangent of the depression at which haze has given way to bare ground
+const float GROUND_SINE2 = 0.02;    // squared sine of the depression (8 degrees) at which haze has given way to ground
 const float SUN_SINE2 = 2.1651e-5;  // squared sine of the sun's radius, 0.2666 degrees
 
 // Direction to its place in the sky table, 0..1 each way: the hemi-octahedral map (Cigolle et al. 2014, section 3.4)
@@ -60,8 +60,9 @@ vec3 sky_gradient(vec3 d, vec3 horizon, vec3 zenith)
 // table; d: any length but 0; ground: linear RGB.
 vec3 sky_with_ground(vec3 sky, vec3 d, vec3 ground)
 {
-    float s = clamp(-d.y / (GROUND_SLOPE * (abs(d.x) + abs(d.z)) + 1e-20), 0.0, 1.0);
-    return mix(sky, ground, s * s * (3.0 - 2.0 * s));
+    float down = min(d.y, 0.0);
+    float s = min(down * down / (GROUND_SINE2 * dot(d, d)), 1.0);
+    return mix(sky, ground, s * (2.0 - s));
 }
 
 // The sun's disc, which no table could hold, over its radiance: 1 in the middle and darker to the limb (a polynomial for

@@ -17,25 +17,28 @@ float gradient_noise(vec2 pixel)
 void main()
 {
     vec2 pixel = vec2(gl_FragCoord.x, size.y - gl_FragCoord.y);
+#ifdef HAS_OTHER_SIZE
     vec3 c = texture(picture_map, pixel / size).rgb;
+#else
+    vec3 c = texelFetch(picture_map, ivec2(pixel), 0).rgb;
+#endif
 #ifdef ENCODES_DATA
     encoded = clamp(c, 0.0, 1.0);
 #else
     c = max(c * exposure, vec3(0.0));
+#ifdef TONEMAP_NONE
+    encoded = srgb_from_linear(min(c, vec3(1.0)));
+#else
 #if defined(TONEMAP_REINHARD)
     c = tonemap_reinhard(c);
 #elif defined(TONEMAP_ACES)
     c = tonemap_aces(c);
-#elif defined(TONEMAP_AGX)
-    c = tonemap_agx(c);
 #else
-    c = min(c, vec3(1.0));
+    c = tonemap_agx(c);
 #endif
-    encoded = srgb_from_linear(c);
-#ifndef TONEMAP_NONE
-    // Triangular noise of one step either way, its two halves from shifted places, hides the steps of eight bits.
+    // Triangular noise of one step either way, its two halves from distant places, hides the steps of eight bits.
     float noise = gradient_noise(gl_FragCoord.xy) + gradient_noise(gl_FragCoord.xy + vec2(47.0, 17.0)) - 1.0;
-    encoded += noise / 255.0;
+    encoded = srgb_by_roots(c) + noise / 255.0;
 #endif
 #endif
 }

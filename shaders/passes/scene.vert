@@ -16,7 +16,7 @@ out vec3 shadow_place;
 void main()
 {
     position_world = position;
-#ifdef SWAYS
+#if defined(SWAYS) && !defined(STANDS_STILL)
     position_world += sway(position, color.a);
 #endif
     normal_world = normal;

@@ -10,7 +10,12 @@ uniform sampler2D scattering_map;
 
 layout(location = 0) out vec4 sky;
 
-const int STEPS = 40;
+const float NEAR_STEP = 0.04;     // km, inside clouds
+const float STEP_GROWTH = 0.005;  // of the distance
+const float COLUMN_STRIDE = 0.6;  // km per unit of cumulus_column, whose slope is under 1.6 per km nearly everywhere
+const int LIGHT_STEPS = 4;
+const float LIGHT_REACH[LIGHT_STEPS] = float[](0.04, 0.13, 0.32, 0.75);
+const float LIGHT_STEP[LIGHT_STEPS] = float[](0.08, 0.12, 0.28, 0.6);
 
 vec4 scattering_block(vec2 place, int block)
 {
@@ -18,6 +23,28 @@ vec4 scattering_block(vec2 place, int block)
     vec2 at = texel_place(place, size);
     at.y = (at.y + float(block)) / 3.0;
     return textureLod(scattering_map, at, 0.0);
+}
+
+// What reaches a cloud, and what of it reaches the eye.
+struct CloudLight
+{
+    vec3 sun;      // sunlight on it, for sunlight of 1 outside the air
+    vec3 around;   // light from all sides, the same
+    vec3 through;  // share of its own light that the air lets through
+    vec4 front;    // share of the clear sky's light that comes from the air in front of it
+};
+
+// d: unit direction; reach: distance to the cloud, km; beyond: optical depth of the whole clear sky along d.
+CloudLight cloud_light(vec3 d, float reach, vec4 beyond)
+{
+    float r = PLANET_RADIUS + SKY_EYE_HEIGHT;
+    float h = height_along(SKY_EYE_HEIGHT, d.y, reach);
+    float sun_mu = clamp((r * sky_light.sun_direction.y + reach * dot(d, sky_light.sun_direction)) / (PLANET_RADIUS + h), -1.0, 1.0);
+    float view_mu = clamp((r * d.y + reach) / (PLANET_RADIUS + h), -1.0, 1.0);
+    vec4 near = exp(-max(beyond - optical_depth(h, view_mu, analytic_sky.turbidity), 0.0));
+    vec2 place = texel_place(multiple_place(h, sun_mu), vec2(SKY_MULTIPLE_SIZE));
+    return CloudLight(color_from_spectrum(sun_transmittance(h, sun_mu, analytic_sky.turbidity)),
+        color_from_spectrum(textureLod(multiple_map, place, 0.0)), color_from_spectrum(near), (1.0 - near) / (1.0 - exp(-beyond)));
 }
 
 void main()
@@ -29,68 +56,65 @@ void main()
     uint seed = uint(sky_light.seed) * 7919u;
     float cosine = dot(d, to_sun);
     vec2 place = scattering_place(d, to_sun);
-    vec4 clear = rayleigh_phase(cosine) * scattering_block(place, 0) + aerosol_phase(cosine) * scattering_block(place, 1)
-        + scattering_block(place, 2);
+    vec4 air = rayleigh_phase(cosine) * scattering_block(place, 0) + scattering_block(place, 2);
+    vec4 haze = aerosol_phase(cosine) * scattering_block(place, 1);
 
-    float r = PLANET_RADIUS + SKY_EYE_HEIGHT;
     vec4 beyond = optical_depth(SKY_EYE_HEIGHT, d.y, turbidity);
     float first = distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE);
     float last = min(distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE + CUMULUS_THICKNESS), CLOUD_REACH);
-    float dt = (last - first) / float(STEPS);
     float through = 1.0;
     float lit = 0.0;
     float ambient = 0.0;
     float far = 0.0;
     float forward = 0.75 * henyey_greenstein(cosine, 0.8) + 0.25 * henyey_greenstein(cosine, -0.15);
     float glow = 0.5 * henyey_greenstein(cosine, 0.5) + 0.5 / (4.0 * PI);
-    float t = first + 0.5 * dt;
+    float t = first;
     float end = coverage > 0.0 ? last : 0.0;
     while (t < end && through > 0.01)
     {
-        // A loop and no branch: a software rasteriser runs both sides of a branch, and leaves a loop.
-        float column = cumulus_column(d.xz * t, coverage, seed);
+        // Loops and no branches: a software rasteriser runs both sides of a branch, but leaves a loop.
+        float dt = NEAR_STEP + STEP_GROWTH * t;
+        float column = cumulus_column(d.xz * t, coverage, 3.0, seed);
         while (column <= 0.0 && t < end)
         {
-            t += dt * max(1.0, -6.0 * column);
-            column = cumulus_column(d.xz * t, coverage, seed);
+            t += max(dt, -COLUMN_STRIDE * column);
+            column = cumulus_column(d.xz * t, coverage, 3.0, seed);
         }
         vec2 at = d.xz * t;
         float y = (height_along(SKY_EYE_HEIGHT, d.y, t) - CUMULUS_BASE) / CUMULUS_THICKNESS;
         float octaves = clamp(log2(0.5 / (t * 0.002)), 1.0, 5.0);
-        float density = cumulus_density(vec3(at.x, y, at.y), column, column > 0.0 ? octaves : 0.0, seed);
+        float density = cumulus_density(vec3(at.x, y, at.y), column, octaves, seed);
         float depth = 0.0;
-        float step_length = 0.08;
-        float s = 0.0;
-        for (int k = 0; k < (density > 0.0 ? 4 : 0); ++k)
+        for (int k = 0; k < (density > 0.0 ? LIGHT_STEPS : 0); ++k)
         {
-            s += step_length;
-            vec2 there = at + to_sun.xz * (s - 0.5 * step_length);
-            float up = y + max(to_sun.y, 0.05) * (s - 0.5 * step_length) / CUMULUS_THICKNESS;
-            depth += step_length * cumulus_density(vec3(there.x, up, there.y), cumulus_column(there, coverage, seed), 2.0, seed);
-            step_length *= 2.0;
+            float s = LIGHT_REACH[k];
+            vec2 there = at + to_sun.xz * s;
+            float up = y + max(to_sun.y, 0.05) * s / CUMULUS_THICKNESS;
+            depth += LIGHT_STEP[k] * cumulus_density(vec3(there.x, up, there.y), cumulus_column(there, coverage, 2.0, seed), 1.0, seed);
         }
         depth *= CUMULUS_EXTINCTION;
         float source = forward * exp(-depth) + glow * (0.5 * exp(-0.2 * depth) + 0.5 / (1.0 + 0.2 * depth));
         float alpha = 1.0 - exp(-density * CUMULUS_EXTINCTION * dt);
         lit += through * alpha * source;
-        ambient += through * alpha * (0.45 + 0.75 * clamp(y, 0.0, 1.0));
+        ambient += through * alpha * (0.3 + 0.7 * clamp(y, 0.0, 1.0));
         far += through * alpha * t;
         through *= 1.0 - alpha;
         t += dt;
     }
     float cover = 1.0 - through;
-    float cloud_distance = cover > 0.0 ? far / cover : CLOUD_REACH;
-    float h = height_along(SKY_EYE_HEIGHT, d.y, cloud_distance);
-    float sun_mu = clamp((r * to_sun.y + cloud_distance * cosine) / (PLANET_RADIUS + h), -1.0, 1.0);
-    vec3 sun = color_from_spectrum(sun_transmittance(h, sun_mu, turbidity));
-    vec3 around = color_from_spectrum(textureLod(multiple_map, texel_place(multiple_place(h, sun_mu), vec2(SKY_MULTIPLE_SIZE)), 0.0));
-    float view_mu = clamp((r * d.y + cloud_distance) / (PLANET_RADIUS + h), -1.0, 1.0);
-    vec4 near = max(beyond - optical_depth(h, view_mu, turbidity), 0.0);
-    vec4 front = (1.0 - exp(-near)) / (1.0 - exp(-beyond));
-    float fade = 1.0 - smoothstep(0.5 * CLOUD_REACH, CLOUD_REACH, cloud_distance);
-    cover *= fade;
+    float fade = 1.0 - smoothstep(0.5 * CLOUD_REACH, CLOUD_REACH, far / max(cover, 1e-4));
+    CloudLight low = cloud_light(d, cover > 0.0 ? far / cover : CLOUD_REACH, beyond);
+    vec3 cumulus = sky_light.sunlight * low.sun * lit + sky_light.airlight * low.around * ambient;
 
-    vec3 cloud = (sky_light.cloud_sun * sun * lit + sky_light.solar * around * ambient) * fade;
-    vec3 air = sky_light.solar * color_from_spectrum(clear * (front * cover + 1.0 - cover));
-    sky = vec4(air + color_from_spectrum(exp(-near)) * cloud, 1.0 - cover);
+    float reach = distance_to_height(SKY_EYE_HEIGHT, d.y, CIRRUS_HEIGHT);
+    CloudLight high = cloud_light(d, reach, beyond);
+    float thickness = cirrus_depth(d.xz * reach, coverage, seed) * (1.0 - smoothstep(0.3, 1.0, reach / CIRRUS_REACH));
+    float veil = 1.0 - exp(-thickness);
+    vec3 cirrus = veil * (sky_light.sunlight * high.sun * (0.5 * henyey_greenstein(cosine, 0.75) + 0.5 * glow) * 1.5
+        + sky_light.airlight * high.around * 0.6);
+
+    cover *= fade;
+    vec4 seen = cover * low.front + (1.0 - cover) * (1.0 - veil + veil * high.front);
+    sky = vec4(sky_light.airlight * color_from_spectrum(air * seen) + sky_light.sunlight * color_from_spectrum(haze * seen)
+        + low.through * cumulus * fade + (1.0 - cover) * high.through * cirrus, (1.0 - cover) * (1.0 - veil));
 }

@@ -50,7 +50,7 @@ def upgrade() -> None:
         sa.Column("fingerprint", sa.String(64)),
         sa.Column("finished", sa.Float()),
         sa.Column("error", sa.JSON(none_as_null=True)),
-        sa.PrimaryKeyConstraint("job_id", "index", name="pk_frames"),
+        sa.PrimaryKeyConstraint("job_id", "number", name="pk_frames"),
         sa.ForeignKeyConstraint(["job_id"], ["jobs.id"], name="fk_frames_job_id", ondelete="CASCADE"),
     )
     op.create_index("ix_frames_job_id_state_rank", "frames", ["job_id", "state", "rank"])

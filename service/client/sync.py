@@ -1,0 +1,219 @@
+"""The blocking client."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self, TypeVar, Unpack, overload
+
+import httpx
+
+from . import operations
+from .connection import DAY, DEFAULT_RETRIES, DEFAULT_TIMEOUT, DEFAULT_URL, Connection, JobView, checked_seconds
+from .errors import MillpondError
+from .exchange import Policy, Script
+from .picture import Frame, Movie, Picture
+from .progress import JobProgress
+from .shapes import FrameFacts, FrameRequest, JobFacts, JobRequest, Product, Turntable
+from .transport import run
+
+T = TypeVar("T")
+Target = str | os.PathLike[str]
+
+
+class Millpond:
+    """A Millpond service, for programs that wait for their answers.
+
+    ``timeout`` bounds each operation as a whole, in seconds, tries and pauses included; a failed connection, 429 and
+    503 are tried again up to ``retries`` times, when the service asks for it or else after growing, jittered pauses.
+    May be shared among threads. Close it, or use it in a ``with`` block.
+    """
+
+    def __init__(
+        self,
+        base_url: str = DEFAULT_URL,
+        api_key: str | None = None,
+        timeout: float = DEFAULT_TIMEOUT,
+        retries: int = DEFAULT_RETRIES,
+    ) -> None:
+        self._connection = Connection.to(base_url, api_key, timeout, retries)
+        self._http = httpx.Client(**self._connection.arguments())
+
+    @property
+    def policy(self) -> Policy:
+        """How long and how often it tries."""
+        return self._connection.policy
+
+    def run(self, script: Script[T]) -> T:
+        """Carry out a script of ``millpond.operations``."""
+        return run(script, self._http)
+
+    def frame(
+        self, request: FrameRequest | Mapping[str, Any] | None = None, /, **fields: Unpack[FrameRequest]
+    ) -> Frame:
+        """A frame. ``fields`` are laid over ``request``: ``client.frame(water="luna", time=2, width=640)``."""
+        return Frame.of(self.run(operations.frame(self.policy, request, fields)))
+
+    @overload
+    def turntable(
+        self,
+        frame: FrameRequest | Mapping[str, Any] | None = None,
+        *,
+        format: Product = "mp4",
+        path: None = None,
+        **settings: Unpack[Turntable],
+    ) -> Movie: ...
+
+    @overload
+    def turntable(
+        self,
+        frame: FrameRequest | Mapping[str, Any] | None = None,
+        *,
+        format: Product = "mp4",
+        path: Target,
+        **settings: Unpack[Turntable],
+    ) -> Path: ...
+
+    def turntable(
+        self,
+        frame: FrameRequest | Mapping[str, Any] | None = None,
+        *,
+        format: Product = "mp4",  # noqa: A002 -- the word of the API
+        path: Target | None = None,
+        **settings: Unpack[Turntable],
+    ) -> Movie | Path:
+        """A short turntable in one answer, as ``mp4`` or ``zip``; streamed to ``path`` where one is given.
+
+        ``settings`` are those of ``Turntable``: ``frames``, ``fps``, ``sweep``, ``pivot``, ``loop``. A longer one is a
+        job: ``turntable_job``.
+        """
+        to = None if path is None else Path(path)
+        reply = self.run(operations.turntable(self.policy, frame, settings, format, to))
+        return Movie.of(reply) if to is None else to
+
+    def turntable_job(
+        self,
+        frame: FrameRequest | Mapping[str, Any] | None = None,
+        *,
+        outputs: Sequence[Product] = (),
+        priority: int | None = None,
+        order: Literal["sequential", "coarse_to_fine"] | None = None,
+        idempotency_key: str | None = None,
+        **settings: Unpack[Turntable],
+    ) -> Job:
+        """Submit a turntable as a job; it is durable before this returns. ``settings`` as for ``turntable``."""
+        body = operations.turntable_body(frame, settings, outputs, {"priority": priority, "order": order})
+        return self.submit(body, idempotency_key=idempotency_key)
+
+    def submit(self, job: JobRequest | Mapping[str, Any], *, idempotency_key: str | None = None) -> Job:
+        """Submit a job. The same ``idempotency_key`` again gives the same job; without one, each call is a new job."""
+        return Job(self, self.run(operations.submit(self.policy, job, idempotency_key)))
+
+    def job(self, job_id: str) -> Job:
+        """A job that was submitted before. Raises NotFound, and Gone for one that has expired."""
+        return Job(self, self.run(operations.job(self.policy, job_id)))
+
+    def info(self) -> dict[str, Any]:
+        """Versions, driver, whether it draws in software, workers and caps."""
+        return self.run(operations.info(self.policy))
+
+    def ready(self) -> bool:
+        """Whether the service can draw now; a service that cannot be reached is not ready."""
+        return self.run(operations.ready(self.policy))
+
+    def wait_ready(self, timeout: float = 60.0) -> None:
+        """Return once the service can draw. Raises TimedOut that says why it cannot."""
+        self.run(operations.wait_ready(self.policy, checked_seconds(timeout)))
+
+    def close(self) -> None:
+        """Close the connections."""
+        self._http.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Job(JobView):
+    """A job of a service. In a ``with`` block it is cancelled where an exception leaves the block."""
+
+    def __init__(self, client: Millpond, facts: JobFacts) -> None:
+        super().__init__(facts)
+        self._client = client
+
+    def refresh(self) -> Self:
+        """Ask how it stands."""
+        self.facts = self._client.run(operations.job(self._client.policy, self.id))
+        return self
+
+    def wait(self, progress: bool = True, timeout: float = DAY) -> Self:  # noqa: FBT001, FBT002 -- wait(False) reads well
+        """Return once it has succeeded, showing a progress bar on a terminal.
+
+        Raises JobFailed where it ends otherwise, and TimedOut after ``timeout`` seconds.
+        """
+        with JobProgress(is_wanted=progress) as bar:
+
+            def show(facts: JobFacts) -> None:
+                self.facts = facts
+                bar(facts)
+
+            script = operations.wait(self._client.policy, self.id, checked_seconds(timeout), show)
+            self.facts = self._client.run(script)
+        return self
+
+    def frames(self) -> list[FrameFacts]:
+        """What is known of each frame: index, state, key, digest, URL."""
+        return self._client.run(operations.frames(self._client.policy, self.id))
+
+    def frame(self, index: int, suffix: str = "png") -> Frame:
+        """One frame, once it is drawn; ``suffix`` is that of the format that the job asked for."""
+        name = operations.frame_name(index, suffix)
+        return Frame.of(self._client.run(operations.job_file(self._client.policy, self.id, name)))
+
+    @overload
+    def result(self, product: Product = "mp4", path: None = None) -> bytes: ...
+
+    @overload
+    def result(self, product: Product, path: Target) -> Path: ...
+
+    def result(self, product: Product = "mp4", path: Target | None = None) -> bytes | Path:
+        """The product of all frames, streamed to ``path`` where one is given. Raises Conflict before the last frame."""
+        to = None if path is None else Path(path)
+        reply = self._client.run(operations.job_file(self._client.policy, self.id, f"result.{product}", to))
+        return reply.body if to is None else to
+
+    @overload
+    def contact_sheet(self, path: None = None) -> Picture: ...
+
+    @overload
+    def contact_sheet(self, path: Target) -> Path: ...
+
+    def contact_sheet(self, path: Target | None = None) -> Picture | Path:
+        """The job at a glance, written to ``path`` where one is given."""
+        to = None if path is None else Path(path)
+        reply = self._client.run(operations.job_file(self._client.policy, self.id, "contact-sheet.png", to))
+        return Picture(reply.body) if to is None else to
+
+    def cancel(self) -> Self:
+        """End it; what is drawn stays. Cancelling it again changes nothing."""
+        self.facts = self._client.run(operations.cancel(self._client.policy, self.id))
+        return self
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is not None and not self.is_over:
+            try:
+                self.cancel()
+            except MillpondError as failure:
+                if error is not None:
+                    error.add_note(f"job {self.id} could not be cancelled: {failure}")

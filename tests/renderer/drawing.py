@@ -1,0 +1,87 @@
+"""Drawing with the one renderer of this process."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.frame import Frame
+from renderer.pipeline import Renderer
+from renderer.request import FrameRequest
+from tests.renderer.world import NAME
+
+Picture = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+
+SIZE = (160, 90)
+PLAIN: dict[str, Any] = {"tonemap": "none", "msaa": 1}
+"""What makes bytes checkable by hand."""
+NEUTRAL: dict[str, Any] = {
+    "material_ambient": [1, 1, 1],
+    "light_ambient": [1, 1, 1],
+    "light_diffuse": [0, 0, 0],
+    "light_specular": [0, 0, 0],
+}
+"""Luna's light and material by which the blend of the maps is what one sees."""
+FLAT: dict[str, Any] = {**NEUTRAL, "ripple_height": 0.0, "ripple_scale": [0.0, 0.0]}
+MIRROR: dict[str, Any] = {**FLAT, "refraction_bias": -1.0}
+"""Water that reflects everything."""
+WINDOW: dict[str, Any] = {**FLAT, "refraction_bias": 1.0}
+"""Water that lets everything through."""
+
+
+@cache
+def shared_renderer() -> Renderer:
+    """The renderer of this process: a second context would only cost memory."""
+    os.environ.setdefault("LP_NUM_THREADS", "2")
+    return Renderer()
+
+
+def asked(**fields: Any) -> FrameRequest:
+    """A small frame of the test world."""
+    return FrameRequest.parse({"scene": NAME, "width": SIZE[0], "height": SIZE[1], **fields})
+
+
+def drawn(**fields: Any) -> Frame:
+    """The frame of ``asked``."""
+    return shared_renderer().render(asked(**fields))
+
+
+def picture(**fields: Any) -> Picture:
+    """The bytes of a small frame with linear light and hard edges, (h, w, 3)."""
+    return drawn(**{**PLAIN, **fields}).color
+
+
+def mask(**fields: Any) -> NDArray[np.bool_]:
+    """Where water is seen, (h, w)."""
+    shown = drawn(**{**PLAIN, **fields, "layers": ["water_mask"]}).color
+    assert set(np.unique(shown)) <= {0, 255}
+    return np.asarray(shown[..., 0] == 255)
+
+
+def linear(encoded: Picture) -> Floats:
+    """Linear light of sRGB bytes (IEC 61966-2-1, section 5.2)."""
+    c = encoded / 255.0
+    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+
+
+def furthest(a: Picture, b: Picture, where: NDArray[np.bool_] | None = None) -> int:
+    """The largest difference of two pictures, in steps of 255."""
+    difference = np.abs(a.astype(np.int16) - b.astype(np.int16))
+    chosen = difference if where is None else difference[where]
+    return int(chosen.max(initial=0))
+
+
+def inside(region: NDArray[np.bool_], margin: int = 1) -> NDArray[np.bool_]:
+    """The region without a rim of ``margin`` pixels; the picture's border is no rim."""
+    padded = np.pad(region, margin, mode="edge")
+    kept = np.ones_like(region)
+    height, width = region.shape
+    for dy in range(2 * margin + 1):
+        for dx in range(2 * margin + 1):
+            kept &= padded[dy : dy + height, dx : dx + width]
+    return kept
