@@ -33,7 +33,7 @@ def frame_request(
     asked = data.get("format")
     if suffix is not None:
         choices = SUFFIXES[suffix]
-        if asked in FORMATS and asked not in choices:
+        if isinstance(asked, str) and asked in FORMATS and asked not in choices:
             contradiction = FieldProblem("format", f"the name ends in .{suffix}", asked, " or ".join(choices))
             raise InvalidRequest((contradiction,))
         data = {**data, "format": choices[0] if asked is None else asked}

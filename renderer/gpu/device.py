@@ -104,7 +104,7 @@ class Device:
                 for stage, file in (("vertex", vertex), ("fragment", fragment))
                 if file
             }
-            self._programs[key] = Program(self, self._link(stages, varyings))
+            self._programs[key] = Program(self.binding, self._link(stages, varyings))
         return self._programs[key]
 
     def _link(self, stages: Mapping[str, Source], varyings: tuple[str, ...]) -> moderngl.Program:

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 import moderngl
-
-if TYPE_CHECKING:
-    from renderer.gpu.device import Device
 
 
 class Bindable(Protocol):
@@ -19,16 +16,15 @@ class Bindable(Protocol):
 
 
 class Program:
-    """A program of the device."""
+    """A program of a device; `binding` is the device's binding point of each block name."""
 
-    def __init__(self, device: Device, program: moderngl.Program) -> None:
-        self.device = device
+    def __init__(self, binding: Callable[[str], int], program: moderngl.Program) -> None:
         self.program = program
         self.samplers: dict[str, int] = {}
         for name in program:
             member = program[name]
             if isinstance(member, moderngl.UniformBlock):
-                member.binding = device.binding(name)
+                member.binding = binding(name)
             elif isinstance(member, moderngl.Uniform) and _is_sampler(member):
                 member.value = self.samplers.setdefault(name, len(self.samplers))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,7 +28,7 @@ class CompositePass:
         program["share"] = share
         context = self.device.context
         context.enable_only(context.BLEND)
-        context.blend_func = moderngl.ONE, moderngl.ONE
+        context.blend_func = context.ONE, context.ONE
         self._screen.draw(program)
         context.disable(context.BLEND)
 

@@ -37,15 +37,11 @@ def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE
     if spec.camera not in ("mirror", "direct"):
         window = WHOLE
     size = map_size(spec, camera)
+    across, down = size[0] / camera.width, size[1] / camera.height
+    lens = camera.lens
     scaled = replace(
         camera,
-        lens=replace(
-            camera.lens,
-            fx=camera.lens.fx * size[0] / camera.width,
-            fy=camera.lens.fy * size[1] / camera.height,
-            cx=camera.lens.cx * size[0] / camera.width,
-            cy=camera.lens.cy * size[1] / camera.height,
-        ),
+        lens=replace(lens, fx=lens.fx * across, fy=lens.fy * down, cx=lens.cx * across, cy=lens.cy * down),
         width=size[0],
         height=size[1],
     )

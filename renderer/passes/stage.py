@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
@@ -114,7 +113,7 @@ class Stage:
             triangles += geometry.triangles
         if clips:
             context.disable_direct(GL_CLIP_DISTANCE0)
-        context.disable(moderngl.CULL_FACE)
+        context.disable(context.CULL_FACE)
         context.front_face = "ccw"
         return triangles
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from renderer.blocks import Block
 from renderer.camera import Camera
-from renderer.units import Length, Mat4, Number, Vec4
+from renderer.units import Length, Mat4, Number, Vec2, Vec4
 
 NO_CLIP = (0.0, 0.0, 0.0, 1.0)
 """A plane that keeps everything."""
@@ -47,6 +47,8 @@ class WaterPlane(Block):
     """From world to the refraction map's clip space."""
     extents: Vec4
     """x0, x1, z0, z1."""
+    picture_size: Vec2
+    """Width and height of the picture, pixels."""
     level: Length
     """Height of the plane."""
     side: Number

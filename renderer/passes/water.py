@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from renderer.blocks import Block
 from renderer.gpu.device import Device
 from renderer.gpu.geometry import Screen, Uniforms
@@ -54,6 +56,7 @@ class WaterPass:
             reflection_from_world=flat(maps["reflection"].clip_from_world),
             refraction_from_world=flat(maps["refraction"].clip_from_world),
             extents=extents,
+            picture_size=(float(look.camera.width), float(look.camera.height)),
             level=level,
             side=eye_side(look.camera, level),
         )
@@ -61,7 +64,7 @@ class WaterPass:
         program = self.device.program(
             "passes/water.vert",
             "passes/water.frag",
-            defines=(*water.defines(moment.period), *shadows.defines, *shows),
+            defines=(*water.defines(moment.period), *shadows.defines, *shows, *_aligned(maps, look, level)),
             blocks=(ViewBlock, LightBlock, *(type(block) for block in blocks)),
             aliases={"technique": water.shader},
         )
@@ -95,3 +98,15 @@ class WaterPass:
         else:
             self._textures[source.name] = self._textures.pop(source.name)
         return self._textures[source.name]
+
+
+def _aligned(maps: Mapping[str, DrawnMap], look: Look, level: float) -> tuple[str, ...]:
+    """The maps in which each point of the plane lies where the picture shows it: no projection finds it as exactly."""
+    camera = look.camera
+    views = (camera.clip_from_world, camera.mirrored(level).clip_from_world)
+    return tuple(
+        f"{name.upper()}_IS_ALIGNED"
+        for name, drawn in maps.items()
+        if drawn.target.size == (camera.width, camera.height)
+        and any(np.array_equal(drawn.clip_from_world, view) for view in views)
+    )

@@ -117,7 +117,7 @@ class Slot:
     def close(self) -> None:
         """End the process for good."""
         self.generation += 1
-        self.state = "closed"
+        self.state, self.entry = "closed", None
         if self._watch is not None:
             self._watch.kill()
         self._dispose()

@@ -68,16 +68,17 @@ def _asked(body: Mapping[str, Any], parts: Parts, accepted: str | None) -> tuple
         problems.append(FieldProblem("kind", "this path draws turntables", body["kind"], "turntable"))
     output = next((name for name, kind in MEDIA_TYPES.items() if kind == accepted), "zip")
     bound = "one of " + ", ".join(MEDIA_TYPES)
+    products = list(MEDIA_TYPES)
     if "outputs" in body:
         named = body["outputs"]
-        if not isinstance(named, list) or len(named) != 1 or named[0] not in MEDIA_TYPES:
+        if not isinstance(named, list) or len(named) != 1 or named[0] not in products:
             problems.append(FieldProblem("outputs", "one answer holds one product", named, f"[{bound}]"))
         elif body.get("format", named[0]) != named[0]:
             problems.append(FieldProblem("format", "contradicts outputs", body["format"], named[0]))
         else:
             output = named[0]
     elif "format" in body:
-        if body["format"] not in MEDIA_TYPES:
+        if body["format"] not in products:
             problems.append(FieldProblem("format", "there is no such product", body["format"], bound))
         else:
             output = body["format"]

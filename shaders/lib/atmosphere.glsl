@@ -16,6 +16,7 @@ const vec4 OZONE = vec4(1.430e-3, 2.531e-3, 1.150e-3, 0.086e-3);
 const float OZONE_HEIGHT = 25.0;
 const float OZONE_HALF_WIDTH = 15.0;
 const float SUN_RADIUS = 0.0046531;                              // radians, 0.2666 degrees
+const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);                     // of linear sRGB, IEC 61966-2-1
 const float GROUND_ALBEDO = 0.25;                                // vegetated land, for light sent back into the air
 
 // Four wavelengths to linear sRGB, as a fit to spectra of air masses 0.3 to 40 under the colour matching functions of

@@ -9,13 +9,13 @@ const float CIRRUS_HEIGHT = 8.5;
 const float CIRRUS_REACH = 160.0;
 const float CLOUD_REACH = 45.0;          // beyond it haze has taken them
 
-// How far a column is inside a cloud: 0 at its rim, negative outside, up to 1 deep inside. at: km; coverage: 0..1, share
+// How far a column is inside a cloud: 0 at its rim, negative outside, 1 and more deep inside. at: km; coverage: 0..1, share
 // of the sky, by the logistic fit of the noise's quantiles; octaves: 1..3; seed: any.
 float cumulus_column(vec2 at, float coverage, float octaves, uint seed)
 {
     float shape = fbm(at * 0.55, octaves, seed) + 0.4 * gradient_noise(at * 0.09, seed + 17u);
     float threshold = 0.22 * log((1.004 - coverage) / (coverage + 0.001));
-    return min((shape - threshold) / 0.6, 1.0);
+    return (shape - threshold) / 0.6;
 }
 
 // Billows: the absolute value of gradient noise has round heads and creases between them. at: km; octaves: 0..5, its
@@ -38,7 +38,7 @@ float billows(vec3 at, float octaves, uint seed)
 // the height over the base as a share of the thickness; column: from cumulus_column; octaves: of billows, 0..5; seed: any.
 float cumulus_density(vec3 at, float column, float octaves, uint seed)
 {
-    float inside = max(column, 0.0);
+    float inside = clamp(column, 0.0, 1.0);
     float dome = min(sqrt(inside) * (0.55 + 0.45 * inside) - at.y, 3.0 * inside);
     float amplitude = 0.55 + 0.6 * at.y;
     // Where the dome alone decides, billows are skipped; a loop of no rounds, because both sides of a branch would run.

@@ -22,3 +22,10 @@ vec3 srgb_by_roots(vec3 linear)
     vec3 curved = 0.08132954 * linear + 1.12267099 * root + (0.1961417 - 0.33549519 * root) * fourth - 0.06461252;
     return mix(12.92 * linear, curved, greaterThan(linear, vec3(0.0031308)));
 }
+
+// The nearest half float, as a float: drivers store what already is one without a change, while they round others each
+// in its own way (Mesa on a CPU cuts off). Below 6e-5, where halves lose digits, the driver decides.
+vec3 rounded_to_half(vec3 c)
+{
+    return uintBitsToFloat((floatBitsToUint(c) + 0x1000u) & 0xffffe000u);
+}

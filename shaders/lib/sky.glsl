@@ -2,7 +2,7 @@
 // is said, so that no pixel pays for one.
 
 const float SKY_STRETCH = 2.0;  // heights count double: the horizon, which pictures show, gets the finer texels
-const float GROUND_SINE2 = 0.02;    // squared sine of the depression (8 degrees) at which haze has given way to ground
+const float GROUND_SINE2 = 0.008;   // squared sine of the depression (5 degrees) at which haze has given way to ground
 const float SUN_SINE2 = 2.1651e-5;  // squared sine of the sun's radius, 0.2666 degrees
 
 // Direction to its place in the sky table, 0..1 each way: the hemi-octahedral map (Cigolle et al. 2014, section 3.4)

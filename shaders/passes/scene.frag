@@ -2,6 +2,7 @@
 #include <View>
 #include <Light>
 #include <material>
+#include "lib/colour.glsl"
 #include "lib/shadow.glsl"
 #ifdef HAS_FOG
 #include "lib/fog.glsl"
@@ -35,5 +36,5 @@ void main()
 #ifdef HAS_FOG
     lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : position_world + 1e4 * view.eye.xyz, position_world);
 #endif
-    radiance = vec4(lit, 1.0);
+    radiance = vec4(rounded_to_half(lit), 1.0);
 }

@@ -3,6 +3,7 @@
 #include <SkyLight>
 #include "lib/atmosphere.glsl"
 #include "lib/clouds.glsl"
+#include "lib/noise.glsl"
 #include "lib/sky.glsl"
 
 uniform sampler2D multiple_map;
@@ -10,9 +11,10 @@ uniform sampler2D scattering_map;
 
 layout(location = 0) out vec4 sky;
 
-const float NEAR_STEP = 0.04;     // km, inside clouds
-const float STEP_GROWTH = 0.005;  // of the distance
-const float COLUMN_STRIDE = 0.6;  // km per unit of cumulus_column, whose slope is under 1.6 per km nearly everywhere
+const float DECK_GLOW = 0.05;   // per steradian
+const float NEAR_STEP = 0.05;     // km, inside clouds
+const float STEP_GROWTH = 0.007;  // of the distance
+const float COLUMN_STRIDE = 0.7;  // km per unit of cumulus_column, whose slope is under 1.6 per km nearly everywhere
 const int LIGHT_STEPS = 4;
 const float LIGHT_REACH[LIGHT_STEPS] = float[](0.04, 0.13, 0.32, 0.75);
 const float LIGHT_STEP[LIGHT_STEPS] = float[](0.08, 0.12, 0.28, 0.6);
@@ -66,11 +68,13 @@ void main()
     float lit = 0.0;
     float ambient = 0.0;
     float far = 0.0;
+    float glimmer = 0.0;
     float forward = 0.75 * henyey_greenstein(cosine, 0.8) + 0.25 * henyey_greenstein(cosine, -0.15);
     float glow = 0.5 * henyey_greenstein(cosine, 0.5) + 0.5 / (4.0 * PI);
-    float t = first;
+    float deck = smoothstep(0.5, 1.0, coverage);
+    float t = first + (NEAR_STEP + STEP_GROWTH * first) * unit_float(hash_cell(ivec2(gl_FragCoord.xy), seed));
     float end = coverage > 0.0 ? last : 0.0;
-    while (t < end && through > 0.01)
+    while (t < end && through > 0.02)
     {
         // Loops and no branches: a software rasteriser runs both sides of a branch, but leaves a loop.
         float dt = NEAR_STEP + STEP_GROWTH * t;
@@ -93,18 +97,22 @@ void main()
             depth += LIGHT_STEP[k] * cumulus_density(vec3(there.x, up, there.y), cumulus_column(there, coverage, 2.0, seed), 1.0, seed);
         }
         depth *= CUMULUS_EXTINCTION;
+        float deep = 1.0 / (1.0 + 0.45 * max(column - 0.4, 0.0));
         float source = forward * exp(-depth) + glow * (0.5 * exp(-0.2 * depth) + 0.5 / (1.0 + 0.2 * depth));
         float alpha = 1.0 - exp(-density * CUMULUS_EXTINCTION * dt);
         lit += through * alpha * source;
-        ambient += through * alpha * (0.3 + 0.7 * clamp(y, 0.0, 1.0));
+        ambient += through * alpha * deep * (0.3 + 0.7 * clamp(y, 0.0, 1.0));
+        glimmer += through * alpha * deck * deep;
         far += through * alpha * t;
         through *= 1.0 - alpha;
         t += dt;
     }
     float cover = 1.0 - through;
     float fade = 1.0 - smoothstep(0.5 * CLOUD_REACH, CLOUD_REACH, far / max(cover, 1e-4));
-    CloudLight low = cloud_light(d, cover > 0.0 ? far / cover : CLOUD_REACH, beyond);
-    vec3 cumulus = sky_light.sunlight * low.sun * lit + sky_light.airlight * low.around * ambient;
+    CloudLight low = cloud_light(d, far + through * first, beyond);
+    vec3 deck_light = sky_light.sunlight * (DECK_GLOW * (0.2 + 0.8 * max(sky_light.sun_direction.y, 0.0))
+        * mix(vec3(dot(low.sun, LUMINANCE)), low.sun, 0.4)) + sky_light.airlight * low.around * 0.3;
+    vec3 cumulus = sky_light.sunlight * low.sun * lit + sky_light.airlight * low.around * ambient + deck_light * glimmer;
 
     float reach = distance_to_height(SKY_EYE_HEIGHT, d.y, CIRRUS_HEIGHT);
     CloudLight high = cloud_light(d, reach, beyond);
@@ -114,7 +122,11 @@ void main()
         + sky_light.airlight * high.around * 0.6);
 
     cover *= fade;
-    vec4 seen = cover * low.front + (1.0 - cover) * (1.0 - veil + veil * high.front);
+    float gap = (1.0 - cover) * (1.0 - deck * smoothstep(0.2 * CLOUD_REACH, CLOUD_REACH, first));
+    // Air in front of a closed deck is lit by the deck.
+    vec4 behind = (1.0 - low.front) * gap * (1.0 - veil + veil * high.front);
+    vec4 seen = low.front * (1.0 - deck) + behind;
     sky = vec4(sky_light.airlight * color_from_spectrum(air * seen) + sky_light.sunlight * color_from_spectrum(haze * seen)
-        + low.through * cumulus * fade + (1.0 - cover) * high.through * cirrus, (1.0 - cover) * (1.0 - veil));
+        + deck * color_from_spectrum(low.front) * deck_light
+        + low.through * cumulus * fade + gap * high.through * cirrus, gap * (1.0 - veil));
 }

@@ -2,6 +2,7 @@
 #include <View>
 #include <WaterPlane>
 #include <technique>
+#include "lib/colour.glsl"
 #include "lib/projection.glsl"
 #include "lib/shadow.glsl"
 
@@ -18,8 +19,17 @@ void main()
     point.position = position_world;
     point.view = normalize(view.eye.xyz - position_world * view.eye.w);
     point.up = vec3(0.0, water_plane.side, 0.0);
+    vec2 pixel_place = gl_FragCoord.xy / water_plane.picture_size;
+#ifdef REFLECTION_IS_ALIGNED
+    point.reflection_place = pixel_place;
+#else
     point.reflection_place = map_place(reflection_clip);
+#endif
+#ifdef REFRACTION_IS_ALIGNED
+    point.refraction_place = pixel_place;
+#else
     point.refraction_place = map_place(refraction_clip);
+#endif
     point.sun_visibility = sun_visibility(shadow_place);
     WaterShade shade = shade_water(point);
 #ifdef SHOWS_WEIGHT
@@ -27,6 +37,6 @@ void main()
 #elif defined(SHOWS_MASK)
     result = vec4(1.0);
 #else
-    result = vec4(shade.radiance, 1.0);
+    result = vec4(rounded_to_half(shade.radiance), 1.0);
 #endif
 }

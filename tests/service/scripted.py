@@ -50,7 +50,7 @@ class Scripted:
     def __init__(self, config: WorkerConfig) -> None:
         self._room = config.artifacts.parent
         self._artifacts = LocalArtifacts(config.artifacts)
-        self.facts = WorkerFacts(os.getpid(), DRIVER, True, FINGERPRINT, "c0ffee", 0.0)  # noqa: FBT003
+        self.facts = WorkerFacts(os.getpid(), DRIVER, True, FINGERPRINT, "c0ffee", 0.0)
 
     def render(self, task: FrameTask, is_cancelled: Callable[[], bool]) -> FrameReport:
         note(self._room, task.key)
@@ -97,30 +97,38 @@ def open_gate(room: Path) -> None:
 
 
 def _behave(seed: Seed, room: Path, key: str, is_cancelled: Callable[[], bool]) -> None:
-    match seed:
-        case Seed.DIE:
-            os.kill(os.getpid(), signal.SIGKILL)
-        case Seed.DIE_ONCE | Seed.STOP_ONCE:
-            mark = room / f"once-{key[:16]}"
-            if not mark.exists():
-                mark.touch()
-                os.kill(os.getpid(), signal.SIGKILL if seed is Seed.DIE_ONCE else signal.SIGSTOP)
-        case Seed.SLEEP:
-            time.sleep(60)
-        case Seed.SPIN:
-            _spin(60, lambda: False)
-        case Seed.RAISE:
-            raise EncodeError("the pencil broke")
-        case Seed.FAIL_ODDLY:
-            raise type("Local", (Exception,), {})("odd")
-        case Seed.WAIT:
-            _spin(30, lambda: (room / "gate").exists() or is_cancelled())
-            if is_cancelled():
-                raise Cancelled
-        case Seed.DRAW_SLOWLY:
-            _spin(0.1, lambda: False)
-        case Seed.DRAW:
-            pass
+    if seed is Seed.DIE:
+        os.kill(os.getpid(), signal.SIGKILL)
+    elif seed is Seed.DIE_ONCE:
+        _once(room, key, signal.SIGKILL)
+    elif seed is Seed.STOP_ONCE:
+        _once(room, key, signal.SIGSTOP)
+    elif seed is Seed.RAISE:
+        raise EncodeError("the pencil broke")
+    elif seed is Seed.FAIL_ODDLY:
+        raise type("Local", (Exception,), {})("odd")
+    else:
+        _take_time(seed, room, is_cancelled)
+
+
+def _take_time(seed: Seed, room: Path, is_cancelled: Callable[[], bool]) -> None:
+    if seed is Seed.SLEEP:
+        time.sleep(60)
+    elif seed is Seed.SPIN:
+        _spin(60, lambda: False)
+    elif seed is Seed.DRAW_SLOWLY:
+        _spin(0.1, lambda: False)
+    elif seed is Seed.WAIT:
+        _spin(30, lambda: (room / "gate").exists() or is_cancelled())
+        if is_cancelled():
+            raise Cancelled
+
+
+def _once(room: Path, key: str, number: signal.Signals) -> None:
+    mark = room / f"once-{key[:16]}"
+    if not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), number)
 
 
 def _spin(seconds: float, is_over: Callable[[], bool]) -> None:

@@ -101,6 +101,7 @@ def test_a_bad_body_is_one_mistake_with_path_value_and_bound(
         ("water.refraction_bias=-3", "water.refraction_bias"),
         ("time=%ff", ""),
         ("time=", "time"),
+        ("format=png,jpeg", "format"),
         ("a.b.c.d.e.f.g.h=1", "a.b.c.d.e.f.g.h"),
         (".=1", "."),
     ],
@@ -265,7 +266,7 @@ def test_turntable_mistakes_are_told_from_the_body_down(http: httpx.Client) -> N
     ("body", "path", "bound"),
     [
         ({"turntable": {"frames": 25}}, "turntable.frames", "<= 24"),
-        ({"turntable": {"sweep": 90}}, "turntable.loop", None),
+        ({"turntable": {"sweep": 90}}, "turntable.loop", "a multiple of 360"),
         ({"outputs": ["avi"]}, "outputs", "[one of zip, mp4]"),
         ({"outputs": ["zip", "mp4"]}, "outputs", "[one of zip, mp4]"),
         ({"outputs": [["zip"]]}, "outputs", "[one of zip, mp4]"),

@@ -1,0 +1,47 @@
+"""The pictures of the README, by name: what each shows and the request that draws it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+SIZE: dict[str, Any] = {"width": 1280, "height": 720, "msaa": 4, "samples": 8, "format": "webp"}
+LOW_EYE: dict[str, Any] = {"camera": {"eye": [8.2, 2.0, 8.8], "target": [-2.0, 0.3, -3.0], "fov_y": 42}}
+
+
+class Picture(NamedTuple):
+    """One picture: its alternative text, and its request."""
+
+    text: str
+    request: dict[str, Any]
+
+
+def side(azimuth: float) -> dict[str, Any]:
+    """The default view carried round the pond to this compass direction."""
+    return {"camera": {"orbit": {"target": [0, 0.4, 0], "distance": 13.03, "azimuth": azimuth, "elevation": 12.4}}}
+
+
+PICTURES: dict[str, Picture] = {
+    "noon": Picture("The pond at noon", {"sun": {"azimuth": 150, "elevation": 58}}),
+    "morning": Picture(
+        "The pond on a clear morning",
+        {
+            "sun": {"azimuth": 95, "elevation": 19, "color": [1.0, 0.83, 0.62]},
+            "ambient": [0.2, 0.23, 0.29],
+        },
+    ),
+    "evening": Picture(
+        "The pond before sunset",
+        {
+            "sun": {"azimuth": 295, "elevation": 8, "color": [1.0, 0.6, 0.33]},
+            "ambient": [0.17, 0.18, 0.24],
+        },
+    ),
+    "south-east": Picture("Seen from the south-east", side(135)),
+    "south-west": Picture("Seen from the south-west", side(225)),
+    "north-west": Picture("Seen from the north-west", side(315)),
+    "north-east": Picture("Seen from the north-east", side(45)),
+    "reflection-map": Picture("The reflection map", {**LOW_EYE, "layers": ["reflection_map"]}),
+    "refraction-map": Picture("The refraction map", {**LOW_EYE, "layers": ["refraction_map"]}),
+    "ripples-off": Picture("Without ripples", {**LOW_EYE, "water": {"ripple_scale": [0, 0], "ripple_height": 0}}),
+    "ripples-on": Picture("With ripples", LOW_EYE),
+}
