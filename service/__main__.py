@@ -28,39 +28,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.write(overview() + "\n")
         return DONE if words else BAD_INPUT
     name, *rest = words
-    if name not in COMMANDS:
-        return _complain(f"there is no command {name!r}; there are {', '.join(COMMANDS)}", BAD_INPUT)
-    command = importlib.import_module(f"service.commands.{name}")  # one command's imports, not everyone's
     try:
-        return int(command.run(rest))
-    except HelpWanted:
-        sys.stdout.write(command.help_page() + "\n")
-        return DONE
-    except InvalidRequest as error:
-        return _complain("\n".join(told(problem) for problem in error.problems), BAD_INPUT)
-    except Usage as error:
-        return _complain(str(error), BAD_INPUT)
-    except NoDevice as error:
-        return _complain(str(error), NO_DEVICE)
-    except MillpondError as error:
-        return _complain(str(error), FAILED)
+        return _run(name, rest)
     except KeyboardInterrupt:
         return _complain("interrupted", INTERRUPTED)
     except BrokenPipeError:  # the reader of a pipe has had enough
         sys.stderr.close()
         return FAILED
+    except MillpondError as error:
+        is_bad = isinstance(error, InvalidRequest | Usage)
+        code = BAD_INPUT if is_bad else NO_DEVICE if isinstance(error, NoDevice) else FAILED
+        mistakes = error.problems if isinstance(error, InvalidRequest) else ()
+        return _complain("\n".join(map(told, mistakes)) or str(error), code)
+
+
+def _run(name: str, arguments: Sequence[str]) -> int:
+    if name not in COMMANDS:
+        raise Usage(f"there is no command {name!r}; there are {', '.join(COMMANDS)}")
+    command = importlib.import_module(f"service.commands.{name}")  # one command's imports, not everyone's
+    try:
+        return int(command.run(arguments))
+    except HelpWanted:
+        sys.stdout.write(command.help_page() + "\n")
+        return DONE
 
 
 def overview() -> str:
     """The commands and the exit codes."""
     lines = ["usage: millpond COMMAND [--help]", ""]
     lines += [f"  {name:<11}{text}" for name, text in COMMANDS.items()]
-    lines += [
-        "",
-        f"exit codes: {DONE} done, {BAD_INPUT} bad input, {NO_DEVICE} no device to draw on, {FAILED} failed, "
-        f"{INTERRUPTED} interrupted",
-    ]
-    return "\n".join(lines)
+    codes = f"{DONE} done, {BAD_INPUT} bad input, {NO_DEVICE} no device, {FAILED} failed, {INTERRUPTED} interrupted"
+    return "\n".join([*lines, "", f"exit codes: {codes}"])
 
 
 def told(problem: FieldProblem) -> str:

@@ -125,8 +125,8 @@ KINDS: Mapping[str, Kind] = {
             "product-incomplete",
             409,
             "The product will not come",
-            "Frames of the job failed or were lost, and a product that lacks frames is never handed out. The body names "
-            "the missing frames.",
+            "Frames of the job failed or were lost, and a product that lacks frames is never handed out. The body "
+            "names the missing frames.",
             "Retry the job, or submit it again: frames that are kept are not rendered again.",
         ),
         Kind(
@@ -211,7 +211,8 @@ KINDS: Mapping[str, Kind] = {
             "frame-set-aside",
             503,
             "This frame ended two processes and is set aside",
-            "The process that drew this frame died, the frame was tried once more alone, and it died again. Other frames are not affected.",
+            "The process that drew this frame died, the frame was tried once more alone, and that process died too. "
+            "Other frames are not affected.",
             "Please report it with the frame's key. The server tries it again after the seconds in Retry-After.",
         ),
         Kind(

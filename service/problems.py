@@ -25,6 +25,8 @@ LONGEST_TEXT = 4000
 """Characters of a text in a problem body: the doctor's report fits."""
 LONGEST_LIST = 64
 """Items of a list in a problem body."""
+NOT_FINITE = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
+"""Python's names of the numbers that JSON does not have, and JavaScript's."""
 DEEPEST = 6
 """Levels of a value that a problem body repeats."""
 
@@ -112,12 +114,16 @@ def problem_of(error: Exception) -> Problem:
     if isinstance(error, HTTPException):
         kind = BY_STATUS.get(error.status_code, "internal-error")
         return Problem(kind, KINDS[kind].meaning, headers=dict(error.headers or {}))
-    kind = next((TABLE[base] for base in type(error).__mro__ if base in TABLE), "internal-error")
+    return _told(error)
+
+
+def _told(error: Exception) -> Problem:
+    lineage = type(error).__mro__
+    kind = next((TABLE[base] for base in lineage if base in TABLE), "internal-error")
     if kind == "internal-error":
         return Problem(kind, "The server's log has the details under this request_id.")
     facts = {name: value for name, value in vars(error).items() if name in TOLD and value is not None}
-    path = next((FIELDS[base] for base in type(error).__mro__ if base in FIELDS), None)
-    mistakes = () if path is None else (FieldProblem(path, str(error)),)
+    mistakes = tuple(FieldProblem(FIELDS[base], str(error)) for base in lineage if base in FIELDS)
     return Problem(kind, str(error), mistakes, _retry(kind, error), facts)
 
 
@@ -145,16 +151,13 @@ def _entry(problem: FieldProblem) -> dict[str, Any]:
 
 def _plain(value: Any, depth: int = DEEPEST) -> Any:
     """The value as JSON can hold it: NaN and infinities by name, long texts and deep trees cut."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return "NaN" if math.isnan(value) else ("Infinity" if value > 0 else "-Infinity")
-    if isinstance(value, str):
-        return value if len(value) <= LONGEST_TEXT else value[: LONGEST_TEXT - 1] + "…"
-    if value is None or isinstance(value, bool | int | float):
-        return value
-    if depth == 0:
+    if isinstance(value, Mapping | list | tuple) and depth == 0:
         return "…"
     if isinstance(value, Mapping):
         return {str(key): _plain(item, depth - 1) for key, item in value.items()}
     if isinstance(value, list | tuple):
         return [_plain(item, depth - 1) for item in value[:LONGEST_LIST]]
-    return _plain(str(value))
+    if value is None or isinstance(value, int) or (isinstance(value, float) and math.isfinite(value)):
+        return value
+    text = NOT_FINITE.get(repr(value), str(value))
+    return text if len(text) <= LONGEST_TEXT else text[: LONGEST_TEXT - 1] + "…"

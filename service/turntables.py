@@ -40,9 +40,7 @@ def plan_turntable(
     problems: tuple[FieldProblem, ...] = ()
     start, turn = None, None
     try:
-        if not isinstance(frame, Mapping):
-            raise InvalidRequest((FieldProblem("", "must be an object", frame, "an object"),))
-        start = frame_request(frame, limits, preferred=preferred)
+        start = frame_request(_object(frame), limits, preferred=preferred)
     except InvalidRequest as error:
         problems += within("frame", error.problems)
     try:
@@ -55,3 +53,9 @@ def plan_turntable(
     if problems or start is None or turn is None:
         raise InvalidRequest(problems)
     return TurntablePlan.of(start, turn)
+
+
+def _object(value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InvalidRequest((FieldProblem("", "must be an object", value, "an object"),))
+    return value

@@ -61,7 +61,7 @@ def vendor_files() -> list[Path]:
 
 
 def device_settings(index: int) -> dict[str, Any]:
-    """What `moderngl.create_context` needs to open EGL device `index`; sonames spare it a search by ldconfig and gcc."""
+    """How `moderngl.create_context` opens EGL device `index`; sonames spare it a search by ldconfig and gcc."""
     gl = next((soname for soname in GL if _load(soname) is None), GL[0])
     return {"backend": "egl", "device_index": index, "libegl": EGL, "libgl": gl}
 

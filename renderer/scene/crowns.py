@@ -72,14 +72,14 @@ SPECIES: Mapping[Kind, Species] = {
         10.0, 0.21, 0.26, 0.92, 0.34, 15, 0.48, 1.05, 11, 1.35, ("birch",), 0.013, lean=0.1
     ),
     "willow": Species(
-        7.5, 0.56, 0.42, 0.7, 0.38, 15, 0.38, 0.6, 13, 1.5, ("willow",), 0.045, 1.75, hanging=True
+        7.5, 0.52, 0.4, 0.7, 0.4, 15, 0.4, 0.7, 13, 1.55, ("willow",), 0.045, 1.8, hanging=True
     ),
     "pine": Species(
         11.0, 0.26, 0.52, 0.92, 0.45, 11, 0.5, 0.5, 13, 1.6, ("pine",), 0.021, 0.8, lean=0.1,
         bark=(1.35, 0.95, 0.7),
     ),
     "spruce": Species(
-        12.0, 0.2, 0.06, 0.93, 0.04, 1, 1.0, 1.0, 130, 1.35, ("spruce",), 0.016, 1.15, hanging=True, lean=0.02
+        12.0, 0.19, 0.05, 0.93, 0.04, 1, 1.0, 1.0, 120, 1.75, ("spruce",), 0.016, 0.85, hanging=True, lean=0.02
     ),
     "shrub": Species(1.5, 0.62, 0.05, 0.5, 0.3, 6, 0.5, 0.85, 11, 0.72, ("shrub",), 0.014, lean=0.2),
 }
@@ -225,7 +225,7 @@ def _dress(
     depth = np.clip(np.maximum(reach, np.abs(above - 0.45) * 1.5), 0, 1)
     occlusion = (0.6 + 0.45 * depth**1.3) * (0.88 + 0.2 * out[:, 1]) * (0.86 + 0.2 * above)
     occlusion *= 1 + 0.04 * rng.normal(size=count)
-    whole, per_lobe = rng.normal(0, 0.05), rng.normal(0, 0.04, len(lobes))
+    whole, per_lobe = np.clip(rng.normal(-0.01, 0.04), -0.07, 0.05), rng.normal(0, 0.03, len(lobes))
     hue = whole + per_lobe[lobe] + rng.normal(0, 0.025, count)
     tint = np.stack([1 + 1.5 * hue, 1 + 0.3 * hue, 1 - 0.9 * hue], axis=1) * np.array(species.tint)
     roll = np.zeros(count) + rng.normal(0, 0.12, count) if species.hanging else rng.uniform(0, 2 * np.pi, count)

@@ -18,10 +18,10 @@ from renderer.scene.terrain import Axis
 
 Polyline = Sequence[tuple[float, float]]
 
-_LUSH = (0.078, 0.108, 0.034)
-_FRESH = (0.128, 0.150, 0.050)
-_DEEP = (0.044, 0.070, 0.026)
-_DRY = (0.205, 0.180, 0.090)
+_LUSH = (0.095, 0.132, 0.038)
+_FRESH = (0.150, 0.182, 0.056)
+_DEEP = (0.055, 0.088, 0.030)
+_DRY = (0.235, 0.210, 0.100)
 _SOIL = (0.128, 0.104, 0.074)
 _SAND = (0.400, 0.325, 0.215)
 _GRAVEL = (0.265, 0.245, 0.210)
@@ -30,6 +30,20 @@ _MUD = (0.105, 0.088, 0.050)
 _SILT = (0.062, 0.062, 0.034)
 _ALGAE = (0.052, 0.078, 0.018)
 _LITTER = (0.120, 0.082, 0.042)
+
+
+REACH = 7.0
+"""Metres from the waterline within which the shore's colours are drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class Noises:
+    """The noises that all of the ground's patterns share; wavelengths 0.42, 2.6, 13 and 0.21 m."""
+
+    fine: Floats
+    medium: Floats
+    broad: Floats
+    stain: Floats
 
 
 @dataclass(frozen=True)
@@ -55,79 +69,96 @@ def ground_colors(
     """The texture, (size, size, 4), over the reach of ``axis``; ``woods`` is 1 where trees stand close."""
     texels = axis.texels(size)
     x = texels.world
-    distance, sand, stones, height, woods = (
-        _resampled(part, size) for part in (shore.distance, shore.sand, shore.stones, shore.height, woods)
+    noise = Noises(
+        fine=grid_fbm(x, x, 0.42, seed + 1, octaves=3, gain=0.8),
+        medium=grid_fbm(x, x, 2.6, seed + 2, octaves=4, gain=0.7),
+        broad=grid_fbm(x, x, 13.0, seed + 3, octaves=2),
+        stain=grid_noise(x, x, 0.21, seed + 4),
     )
-    fine = grid_fbm(x, x, 0.42, seed + 1, octaves=3, gain=0.7)
-    medium = grid_fbm(x, x, 2.6, seed + 2, octaves=3, gain=0.6)
-    broad = grid_fbm(x, x, 13.0, seed + 3, octaves=2)
-    stain = grid_noise(x, x, 0.21, seed + 4)
-
-    color = _mixed(np.empty((size, size, 3), np.float32) + np.float32(_LUSH), _FRESH, _ramp(-0.5, 0.9, broad + 0.5 * medium))
-    color = _mixed(color, _DEEP, 0.75 * _ramp(0.15, 0.9, 0.8 * medium - 0.6 * broad))
-    color = _mixed(color, _DRY, 0.55 * _ramp(0.45, 1.25, 0.7 * medium + 0.8 * broad + 0.3 * fine))
-    color = _mixed(color, _LITTER, 0.75 * _ramp(0.35, 0.9, woods + 0.3 * medium + 0.1 * fine))
-    color *= (1 + np.float32(0.30) * fine + np.float32(0.12) * stain)[..., None]
-    grass = 1 - 0.6 * _ramp(0.4, 0.9, woods + 0.3 * medium)
-
-    worn = _path_share(texels, paths) + 0.28 * fine + 0.16 * medium
-    worn = _ramp(0.42, 0.78, worn)
-    color = _mixed(color, _SOIL, worn)
-    grass = grass * (1 - 0.85 * worn)
-
-    # The shore: bare earth under the grass's edge, sand, stones. Edges fray with the fine noise.
-    edge = distance + 0.22 * fine + 0.12 * medium
-    bare = _ramp(0.34, 0.02, edge) * (distance > -1)
-    color = _mixed(color, _SOIL, 0.85 * bare)
-    grass = grass * (1 - bare)
-    beach = sand * _ramp(3.6, 2.2, distance + 0.8 * medium + 0.35 * fine)
-    sandy = _ramp(0.40, 0.62, beach + 0.12 * fine)
-    tone = np.float32(_SAND) * (1 + 0.10 * fine + 0.06 * medium)[..., None]
-    color = color + (tone - color) * sandy[..., None]
-    stony = stones * _ramp(2.4, 1.2, distance + 0.6 * medium + 0.3 * fine)
-    stony = _ramp(0.40, 0.62, stony + 0.15 * fine)
-    shingle = np.maximum(stony, 0.75 * sandy * _ramp(0.1, 0.75, fine - 0.5 * medium - 0.4 * np.abs(distance)))
-    gravel = np.float32(_GRAVEL) * (1 + 0.34 * stain + 0.1 * fine)[..., None]
-    gravel += (np.float32(_PALE) - gravel) * (0.5 * _ramp(0.45, 0.8, stain))[..., None]
-    color = color + (gravel - color) * shingle[..., None]
-    grass = grass * (1 - np.maximum(sandy, stony))
-
-    color, grass = _under_water(color, grass, height, distance, (sandy, stony), (fine, medium, broad, stain))
-    line = height + 0.018 * fine + 0.012 * medium
-    wet = _ramp(0.13, 0.035, line)
-    color *= (1 - np.float32(0.50) * wet * _ramp(-0.35, 0.0, height))[..., None]
+    color, grass = _meadow(noise, _resampled(woods, size), _path_share(texels, paths))
+    rough = (1 - grass) * np.float32(0.35)
+    window = _window(axis, shore, size)
+    inside = Shore(*(_resampled(part, size)[window] for part in (shore.distance, shore.sand, shore.stones, shore.height)))
+    near = Noises(*(part[window] for part in (noise.fine, noise.medium, noise.broad, noise.stain)))
+    color[window], grass[window], rough[window] = _banks(color[window], grass[window], inside, near)
     color *= _light_share(texels, shades)[..., None]
     image = np.empty((size, size, 4), np.uint8)
     image[..., :3] = np.sqrt(np.clip(color, 0, 1)) * 255 + 0.5
-    rough = (1 - grass) * (0.3 + 0.7 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
     image[..., 3] = np.clip(0.5 + 0.5 * grass - 0.5 * rough, 0, 1) * 255 + 0.5
     return image
 
 
-def _under_water(
-    color: Floats,
-    grass: Floats,
-    height: Floats,
-    distance: Floats,
-    shores: tuple[Floats, Floats],
-    noises: tuple[Floats, Floats, Floats, Floats],
-) -> tuple[Floats, Floats]:
-    """The bed: the shore's stones and sand run out into mud, silt and weed, darker as it deepens."""
-    fine, medium, broad, stain = noises
-    sandy, stony = shores
-    depth = -height
+def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]:
+    """Grass in its tones, leaf litter under trees, and trodden paths: (colour, share of grass)."""
+    fine, medium, broad = noise.fine, noise.medium, noise.broad
+    color = np.full((*fine.shape, 3), _LUSH, np.float32)
+    _mix(color, _FRESH, _ramp(-0.5, 0.9, broad + 0.5 * medium))
+    _mix(color, _DEEP, 0.8 * _ramp(0.1, 0.7, 0.9 * medium - 0.5 * broad))
+    _mix(color, _DRY, 0.6 * _ramp(0.4, 1.2, 0.8 * medium + 0.7 * broad + 0.35 * fine))
+    litter = _ramp(0.35, 0.9, woods + 0.35 * medium + 0.15 * fine)
+    _mix(color, _LITTER, 0.75 * litter)
+    # Tussocks: bright crests, dark hollows between them.
+    color *= (1 + np.float32(0.34) * fine + np.float32(0.16) * noise.stain)[..., None]
+    worn = _ramp(0.50, 0.66, path + 0.22 * fine + 0.16 * medium)
+    soil = np.float32(_SOIL) * (1 + np.float32(0.15) * fine + np.float32(0.12) * noise.stain)[..., None]
+    color += (soil - color) * worn[..., None]
+    return color, (1 - 0.6 * litter) * (1 - 0.9 * worn)
+
+
+def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[Floats, Floats, Floats]:
+    """The shore and the bed: (colour, share of grass, share of pebbles). Edges fray with the fine noise."""
+    fine, medium, stain = noise.fine, noise.medium, noise.stain
+    distance = shore.distance
+    fray = 0.20 * fine + 0.12 * medium + 0.06 * stain
+    bare = _ramp(0.30, 0.12, distance + fray) * (distance > -1)
+    _mix(color, _SOIL, 0.9 * bare)
+    grass = grass * (1 - bare)
+    sandy = _ramp(0.46, 0.54, shore.sand * _ramp(3.6, 2.2, distance + 0.8 * medium) + 0.8 * fray)
+    sand = np.float32(_SAND) * (1 + np.float32(0.09) * fine + np.float32(0.07) * medium)[..., None]
+    color = color + (sand - color) * sandy[..., None]
+    stony = _ramp(0.46, 0.54, shore.stones * _ramp(2.6, 1.4, distance + 0.6 * medium) + 0.8 * fray)
+    drift = 0.85 * sandy * _ramp(0.05, 0.45, fine - 0.6 * medium - 0.35 * np.abs(distance))
+    shingle = np.maximum(stony, drift)
+    gravel = np.float32(_GRAVEL) * (1 + np.float32(0.30) * stain + np.float32(0.14) * fine)[..., None]
+    gravel += (np.float32(_PALE) - gravel) * (0.5 * _ramp(0.45, 0.8, stain))[..., None]
+    color = color + (gravel - color) * shingle[..., None]
+    grass = grass * (1 - np.maximum(sandy, stony))
+    rough = (1 - grass) * (0.30 + 0.70 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
+
+    depth = -shore.height
     is_wet = _ramp(-0.03, 0.06, depth + 0.01 * fine)
-    cover = np.maximum(sandy, stony) * _ramp(1.05, 0.35, depth + 0.25 * medium)
-    bed = _mixed(np.empty_like(color) + np.float32(_MUD), _GRAVEL, 0.55 * _ramp(0.5, 1.0, stain + 0.3 * medium))
-    bed *= (1 + np.float32(0.16) * fine)[..., None]
-    bed = bed + (color - bed) * cover[..., None]
-    bed = _mixed(bed, _ALGAE, 0.65 * _ramp(0.1, 0.9, medium + 0.5 * fine + 0.25 * broad) * _ramp(0.08, 0.5, depth))
-    bed = _mixed(bed, _SILT, 0.9 * _ramp(0.5, 1.7, depth + 0.2 * medium))
+    bed = _bed(color, np.maximum(sandy, stony), depth, noise)
+    color = color + (bed - color) * is_wet[..., None]
+    grass = grass * (1 - is_wet) * (distance > -0.6)
+    wet = _ramp(0.13, 0.035, shore.height + 0.018 * fine + 0.012 * medium) * _ramp(0.35, 0.0, depth)
+    color *= (1 - np.float32(0.5) * wet)[..., None]
+    return color, grass, rough
+
+
+def _bed(color: Floats, bare: Floats, depth: Floats, noise: Noises) -> Floats:
+    """The shore's sand and stones run out under water into mud, silt and weed, darker as it deepens."""
+    fine, medium, broad, stain = noise.fine, noise.medium, noise.broad, noise.stain
+    bed = np.full(color.shape, _MUD, np.float32)
+    _mix(bed, _GRAVEL, 0.55 * _ramp(0.5, 1.0, stain + 0.3 * medium))
+    bed *= (1 + np.float32(0.2) * fine)[..., None]
+    bed += (color - bed) * (bare * _ramp(1.15, 0.4, depth + 0.25 * medium))[..., None]
+    _mix(bed, _ALGAE, 0.65 * _ramp(0.1, 0.9, medium + 0.5 * fine + 0.25 * broad) * _ramp(0.08, 0.5, depth))
+    _mix(bed, _SILT, 0.9 * _ramp(0.5, 1.7, depth + 0.2 * medium))
     # Water takes red first: a hint of it, for techniques that know no absorption.
     deep = np.maximum(depth, 0)
     for channel, rate in enumerate((0.30, 0.16, 0.22)):
         bed[..., channel] *= np.exp(np.float32(-rate) * deep)
-    return color + (bed - color) * is_wet[..., None], grass * (1 - is_wet) * (distance > -0.6)
+    return bed
+
+
+def _window(axis: Axis, shore: Shore, size: int) -> tuple[slice, slice]:
+    """The rows and columns of texels that the shore's colours reach."""
+    is_near = shore.distance < REACH
+    spans = []
+    for flat in (is_near.any(axis=1), is_near.any(axis=0)):
+        touched = np.flatnonzero(flat) / (axis.count - 1) * size
+        spans.append(slice(int(touched[0]), min(int(touched[-1]) + 2, size)))
+    return spans[0], spans[1]
 
 
 def _path_share(axis: Axis, paths: Sequence[Polyline]) -> Floats:
@@ -161,12 +192,11 @@ def _light_share(axis: Axis, shades: Sequence[Shade]) -> Floats:
     return light
 
 
-def _mixed(color: Floats, other: tuple[float, float, float], share: Floats) -> Floats:
-    """The colour, changed in place, with a share of another."""
+def _mix(color: Floats, other: tuple[float, float, float], share: Floats) -> None:
+    """Change a colour by a share of another."""
     for channel in range(3):
         part = color[..., channel]
         part += (np.float32(other[channel]) - part) * share
-    return color
 
 
 def _ramp(low: float, high: float, value: Floats) -> Floats:

@@ -41,9 +41,9 @@ class Foliage:
 
 
 OAK = Foliage((122, 138, 74), 0.112, 0.6, 40, 7, 0.12, 0.22)
-ALDER = Foliage((108, 130, 76), 0.098, 0.84, 38, 7, 0.1)
+ALDER = Foliage((114, 130, 70), 0.098, 0.84, 38, 7, 0.1)
 BIRCH = Foliage((146, 158, 90), 0.076, 0.78, 40, 9, 0.35)
-SHRUB = Foliage((118, 140, 92), 0.09, 0.55, 42, 8, 0.0)
+SHRUB = Foliage((126, 138, 76), 0.09, 0.55, 42, 8, 0.0)
 
 
 class Canvas:
@@ -104,7 +104,7 @@ def cluster(seed: int, texels: int, look: Foliage) -> NDArray[np.float32]:
         if np.abs(tip - 0.5).max() > 0.475:
             continue
         shade = 0.5 + 0.55 * depth + 0.12 * (node[1] - 0.5) + rng.normal(0, 0.04)
-        hue = rng.normal(0, 0.05)
+        hue = rng.normal(0, 0.035)
         paint = tinted(look.paint, shade, hue)
         foreshortened = look.slim * rng.uniform(0.55, 1.0)
         bend = rng.normal(0, 0.25)
@@ -179,27 +179,25 @@ def pine(seed: int, texels: int) -> NDArray[np.float32]:
 
 
 def spruce(seed: int, texels: int) -> NDArray[np.float32]:
-    """A drooping bough: side twigs with short needles, seen from outside."""
+    """A bough from outside: a fan of hanging twigs with short needles, lighter at their tips."""
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
     twigs = []
-    for k in range(56):
-        side = -1 if k % 2 else 1
-        y = 0.9 - 0.62 * rng.uniform() ** 0.8
-        x = 0.5 + side * rng.uniform(0, 0.3) * (1.15 - 0.5 * abs(y - 0.5))
-        twigs.append((rng.uniform() * 0.6 + 0.4 * (1 - y), x, y, side))
-    for depth, x, y, side in sorted(twigs):
-        angle = -np.pi / 2 + side * rng.uniform(0.15, 0.85)
-        length = rng.uniform(0.14, 0.24)
-        t = np.linspace(0, 1, 16)
+    for k in range(64):
+        x = rng.uniform(-1, 1)
+        top = 0.86 - 0.3 * abs(x) ** 1.5 - rng.uniform(0, 0.34)
+        twigs.append((rng.uniform() * 0.7 + 0.3 * (1 - top), 0.5 + 0.4 * x, top, -np.pi / 2 + 0.75 * x + rng.normal(0, 0.2)))
+    for depth, x, y, angle in sorted(twigs):
+        length = rng.uniform(0.1, 0.2)
+        t = np.linspace(0, 1, 12)
         path = np.stack([x + np.cos(angle) * length * t, y + np.sin(angle) * length * t], axis=1)
-        canvas.line(path, (74, 60, 44), 0.008)
-        for node in path:
+        canvas.line(path, (70, 58, 44), 0.008)
+        for node, share in zip(path, t, strict=True):
             for turn in (-1, -1, 1, 1):
-                shade = 0.42 + 0.5 * depth + rng.normal(0, 0.06)
-                lean = angle + turn * rng.uniform(0.4, 1.2)
-                end = node + rng.uniform(0.03, 0.05) * np.array([np.cos(lean), np.sin(lean)])
-                canvas.line(np.stack([node, end]), tinted((100, 122, 92), shade, rng.normal(0, 0.03)), 0.0075)
+                shade = 0.36 + 0.5 * depth + 0.22 * share + rng.normal(0, 0.06)
+                lean = angle + turn * rng.uniform(0.35, 1.1)
+                end = node + rng.uniform(0.028, 0.045) * np.array([np.cos(lean), np.sin(lean)])
+                canvas.line(np.stack([node, end]), tinted((98, 118, 84), shade, rng.normal(0, 0.03)), 0.0075)
     return canvas.texture()
 
 

@@ -22,7 +22,7 @@ from renderer.scene.scatter import Field
 from renderer.scene.scene import SceneObject
 
 REED_BEDS = (
-    (-10.2, -9.6, 2.4, 90), (-16.2, -3.6, 2.0, 70), (-14.6, 5.6, 2.0, 60), (8.2, -10.2, 2.2, 70), (14.6, -3.6, 1.8, 50),
+    (-10.0, -9.8, 2.4, 110), (-16.0, -3.6, 2.0, 90), (-14.6, 5.6, 2.0, 70), (7.0, -10.3, 2.0, 70), (14.6, -3.6, 1.8, 60),
 )  # fmt: skip
 """(x, z, radius, culms): they grow where the water is shallow enough."""
 CATTAIL_BEDS = ((-17.0, 1.6, 1.5, 26), (-5.6, -14.0, 1.6, 26), (1.9, 6.3, 0.9, 14), (12.9, -7.0, 1.4, 22), (-2.6, 10.9, 1.2, 16))
@@ -39,6 +39,8 @@ HEROES: Sequence[tuple[Kind, float, float, float]] = (
 """(kind, x, z, height) of the trees that make the picture."""
 WILD = ("far_oak", "far_alder", "far_birch", "far_alder", "far_oak", "far_spruce", "far_birch", "far_pine")
 """What the trees between and behind them are."""
+BELTS = ((34, 52.0, 62.0, True), (26, 68.0, 84.0, False))
+"""Rows of far woods: count, inner and outer radius, whether the reflection shows them."""
 VISTAS = ((207.0, 9.0), (285.0, 8.0), (60.0, 12.0), (150.0, 9.0))
 """Bearings (from +x towards +z) and half widths, degrees, where no further tree stands."""
 
@@ -111,14 +113,13 @@ def _woods(seed: int, height: Field) -> list[SceneObject]:
     for k, part in enumerate(scatter.sectors(wild, 8)):
         mesh = trees.far_trees(seed + k, wild[part], names[part].tolist(), tall[part])
         objects.append(_object(f"wild-{k}", [mesh, mesh], leaves.LEAVES, "tree"))
-    edge = [
-        scatter.ring(seed + 11, height, 34, inner=52.0, outer=62.0, apart=8.0),
-        scatter.ring(seed + 12, height, 44, inner=66.0, outer=86.0, apart=8.5),
-    ]
-    far = np.concatenate(edge)
-    for k, part in enumerate(scatter.sectors(far, 8)):
-        mesh = trees.belt(seed + k, far[part])
-        objects.append(_object(f"belt-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False))
+    for number, (count, inner, outer, is_mirrored) in enumerate(BELTS):
+        far = scatter.ring(seed + 11 + number, height, count, inner=inner, outer=outer, apart=8.0)
+        for k, part in enumerate(scatter.sectors(far, 8)):
+            mesh = trees.belt(seed + k, far[part])
+            objects.append(
+                _object(f"belt-{number}-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False, in_maps=is_mirrored)
+            )
     return objects
 
 

@@ -5,7 +5,7 @@ points in metres, one plant (or tuft) each. ``detail="map"`` gives the cheaper l
 the same silhouettes, for ``SceneObject.map_mesh``. All of them wear ``leaves.BLADES``; they read the
 texture ``foliage`` (``leaves.atlas()``).
 
-    reeds(seed, places, *, height=1.6, detail="full")      common reed with plumes, in shallow water
+    reeds(seed, places, *, height=1.75, detail="full")      common reed with plumes, in shallow water
     cattails(seed, places, *, height=1.45, detail="full")  straps and brown spikes
     sedge(seed, places, *, height=0.55, detail="full")     arching tussocks of the waterline
     grass(seed, places, *, height=0.28, detail="full")     tufts of the bank
@@ -34,7 +34,7 @@ from renderer.scene.mesh import Mesh
 Hue = Literal["white", "yellow", "violet"]
 
 
-def reeds(seed: int, places: Array, *, height: float = 1.6, detail: Detail = "full") -> Mesh:
+def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "full") -> Mesh:
     """Common reed: a leaning culm, long arching leaves most of which point downwind, a drooping plume."""
     rng = Generator(PCG64([seed, 1]))
     n = len(places)
@@ -44,13 +44,13 @@ def reeds(seed: int, places: Array, *, height: float = 1.6, detail: Detail = "fu
     tilt = np.abs(rng.normal(0.03, 0.05, n))[:, None] + np.stack([np.zeros(n), rng.uniform(0.03, 0.25, n)], axis=1)
     tint = _tints(rng, n, 0.05)
     tint[rng.uniform(size=n) < 0.12] *= [1.5, 1.15, 0.95]
-    culm = Blades(places, azimuth, tilt, tall, np.full(n, 0.013), tint, rng.uniform(0, 3, n))
+    culm = Blades(places, azimuth, tilt, tall, np.full(n, 0.015), tint, rng.uniform(0, 3, n))
     crossed = replace(culm, twist=culm.twist + np.pi / 2)
     parts = [
         ribbons(side, paint="reed", profile=(1, 0.85), gradient=(0.7, 1.0), sway=0.35)
-        for side in (culm, crossed)
+        for side in ((culm, crossed) if detail == "full" else (culm,))
     ]
-    per_culm, nodes = (7, (0.75, 1.0, 0.62)) if detail == "full" else (4, (0.8, 1.0))
+    per_culm, nodes = (7, (0.8, 0.95)) if detail == "full" else (4, (1.0,))
     share = np.linspace(0.3, 0.93, per_culm) + rng.uniform(-0.04, 0.04, (n, per_culm))
     root = _along(culm, share)
     leaf_azimuth = azimuth[:, None] + np.arange(per_culm) * np.pi + rng.normal(0, 0.55, (n, per_culm))
@@ -58,7 +58,7 @@ def reeds(seed: int, places: Array, *, height: float = 1.6, detail: Detail = "fu
     droop = rng.uniform(0.2, 1.35, (n, per_culm)) + 0.35 * (1 - share)
     start = rng.uniform(0.25, 0.6, (n, per_culm))
     length = tall[:, None] * rng.uniform(0.2, 0.33, (n, per_culm)) * (1.15 - 0.35 * np.abs(share - 0.6))
-    wide = rng.uniform(0.02, 0.031, (n, per_culm)) * (1 if detail == "full" else 1.5)
+    wide = rng.uniform(0.024, 0.037, (n, per_culm)) * (1 if detail == "full" else 1.6)
     leaf_tint = np.repeat(tint[:, None], per_culm, axis=1) * (0.72 + 0.42 * share)[..., None]
     blades = Blades(
         root.reshape(-1, 3),
@@ -78,8 +78,7 @@ def reeds(seed: int, places: Array, *, height: float = 1.6, detail: Detail = "fu
 def _plumes(rng: Generator, culm: Blades, detail: Detail) -> Mesh:
     """Feathery heads on the taller half of the culms, nodding to the side to which the culm bends."""
     chosen = np.flatnonzero(culm.length > np.quantile(culm.length, 0.45)) if len(culm.length) else np.zeros(0, int)
-    spikes = 6 if detail == "full" else 3
-    tip = _along(culm, np.full((len(chosen), spikes), 0.0), chosen)
+    spikes = 5 if detail == "full" else 2
     share = np.linspace(0.9, 1.0, spikes)
     tip = _along(culm, np.tile(share, (len(chosen), 1)), chosen)
     k = len(chosen) * spikes
@@ -90,7 +89,7 @@ def _plumes(rng: Generator, culm: Blades, detail: Detail) -> Mesh:
         azimuth,
         np.stack([start, start + rng.uniform(0.3, 0.9, k)], axis=1),
         rng.uniform(0.13, 0.24, k),
-        rng.uniform(0.018, 0.03, k) * (1 if detail == "full" else 1.7),
+        rng.uniform(0.022, 0.036, k) * (1 if detail == "full" else 1.7),
         np.repeat(_tints(rng, len(chosen), 0.04), spikes, axis=0),
         rng.uniform(0, 3, k),
     )
@@ -102,7 +101,7 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
     """Cattail: a fan of erect straps, some of them kinked, and on most plants a brown spike."""
     rng = Generator(PCG64([seed, 2]))
     n = len(places)
-    straps = 9 if detail == "full" else 5
+    straps = 9 if detail == "full" else 4
     k = n * straps
     near = np.repeat(places, straps, axis=0) + rng.normal(0, 0.045, (k, 3)) * [1, 0, 1]
     tall = height * np.repeat(rng.uniform(0.85, 1.1, n), straps) * rng.uniform(0.6, 1.05, k)
@@ -115,11 +114,11 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
         rng.uniform(0, 2 * np.pi, k),
         np.stack([start, start + bend], axis=1),
         tall,
-        rng.uniform(0.016, 0.024, k) * (1 if detail == "full" else 1.5),
+        rng.uniform(0.017, 0.026, k) * (1 if detail == "full" else 1.5),
         tint,
         rng.uniform(-0.8, 0.8, k),
     )
-    profile = (0.9, 1.0, 0.9, 0.6) if detail == "full" else (1.0, 0.8)
+    profile = (0.95, 1.0, 0.75) if detail == "full" else (1.0, 0.8)
     parts = [ribbons(blades, paint="cattail", profile=profile, gradient=(0.55, 1.15), lift=0.45, sway=0.3)]
     bearing = np.flatnonzero(rng.uniform(size=n) < 0.75)
     m = len(bearing)
@@ -137,7 +136,7 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
     axis = (high - low) * rng.uniform(0.85, 1.25, m)[:, None]
     weight = np.minimum(0.3 * (low[:, 1] - places[bearing, 1]) ** 2, 1)
     radius = rng.uniform(0.014, 0.018, m)
-    sides = 5 if detail == "full" else 3
+    sides = 4 if detail == "full" else 3
     parts.append(
         spindles(low, axis, radius, _tints(rng, m, 0.03), paint="spike", sway=weight, sides=sides)
     )
@@ -147,17 +146,17 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
 def sedge(seed: int, places: Array, *, height: float = 0.55, detail: Detail = "full") -> Mesh:
     """Tussocks of narrow leaves that arch over to all sides."""
     rng = Generator(PCG64([seed, 3]))
-    blades = 16 if detail == "full" else 6
+    blades = 15 if detail == "full" else 6
     tuft = _tuft(rng, places, blades, height, spread=0.06, tilt=(0.08, 0.5), bend=(0.5, 1.5))
-    profile = (0.8, 1.0, 0.6) if detail == "full" else (1.0, 0.7)
-    wide = 0.013 if detail == "full" else 0.026
+    profile = (0.9, 0.85) if detail == "full" else (1.0,)
+    wide = 0.015 if detail == "full" else 0.026
     return ribbons(_wide(tuft, wide), paint="sedge", profile=profile, gradient=(0.42, 1.15), lift=0.8, sway=0.5)
 
 
 def grass(seed: int, places: Array, *, height: float = 0.28, detail: Detail = "full") -> Mesh:
     """Tufts of grass: a few bent blades, more short straight ones, now and then a dry stalk."""
     rng = Generator(PCG64([seed, 4]))
-    bent, short = (4, 6) if detail == "full" else (0, 4)
+    bent, short = (4, 5) if detail == "full" else (0, 3)
     wide = 0.014 if detail == "full" else 0.03
     long = _tuft(rng, places, bent, height, spread=0.05, tilt=(0.05, 0.45), bend=(0.3, 1.2))
     low = _tuft(rng, places, short, height * 0.72, spread=0.08, tilt=(0.05, 0.7), bend=(0.0, 0.1))

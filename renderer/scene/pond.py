@@ -43,10 +43,10 @@ PATHS = (
 """Trodden paths, (x, z) metres: to the jetty, and on to the beach on the headland."""
 
 BOULDERS = (
-    rocks.Stone(1.5, 6.1, (0.95, 0.72, 0.78), 25.0, 0.42),
-    rocks.Stone(2.75, 5.75, (0.42, 0.30, 0.36), 80.0, 0.40),
-    rocks.Stone(0.35, 7.3, (0.62, 0.46, 0.55), 140.0, 0.38),
-    rocks.Stone(0.9, 5.2, (0.34, 0.24, 0.30), 10.0, 0.35),
+    rocks.Stone(0.35, 6.6, (1.00, 0.78, 0.84), 25.0, 0.40),
+    rocks.Stone(3.05, 5.55, (0.42, 0.30, 0.36), 80.0, 0.40),
+    rocks.Stone(-0.75, 8.1, (0.62, 0.46, 0.55), 140.0, 0.38),
+    rocks.Stone(1.15, 5.75, (0.34, 0.26, 0.30), 10.0, 0.35),
     rocks.Stone(7.7, 2.9, (0.50, 0.34, 0.42), 60.0, 0.30),
     rocks.Stone(8.35, 3.5, (0.30, 0.22, 0.24), 20.0, 0.30),
     rocks.Stone(-6.6, 3.6, (1.75, 1.50, 1.30), 70.0, top=0.72),
@@ -65,7 +65,7 @@ BOULDERS = (
     rocks.Stone(11.0, -10.4, (0.50, 0.38, 0.42), 230.0, 0.40),
     rocks.Stone(-1.8, -14.0, (0.85, 0.62, 0.70), 17.0, 0.42),
     rocks.Stone(18.2, 12.4, (1.10, 0.90, 0.95), 40.0, 0.45),
-    rocks.Stone(-19.8, -6.5, (1.30, 1.00, 1.10), 80.0, 0.45),
+    rocks.Stone(-18.4, -4.4, (1.10, 0.80, 0.95), 80.0, 0.42),
 )
 NEAR = (0, 1, 2, 4)
 """Boulders that stand close before the default camera."""
@@ -156,13 +156,13 @@ def rock_objects(land: Land) -> list[SceneObject]:
         full, plain = (rocks.stones([boulder], SEED + 211 * number, detail, land.height) for detail in (level, level - 1))
         parts.append(SceneObject(f"boulder {number}", full, ROCK, tags, map_mesh=plain))
     for quarter in range(4):
-        for level, low, high in ((0, 0.0, 0.11), (1, 0.11, 9.0)):
+        for level, low, high in ((0, 0.0, 0.15), (1, 0.15, 9.0)):
             chosen = [
                 stone
                 for stone in land.stones
                 if (stone.x > 0) + 2 * (stone.z > 0) == quarter and low <= max(stone.size) < high
             ]
-            mesh = rocks.stones(chosen, SEED + 5000 + quarter, level, land.height)
+            mesh = rocks.stones(chosen, SEED + 5000 + 2 * quarter + level, level, land.height)
             parts.append(
                 SceneObject(f"stones {quarter}.{level}", mesh, ROCK, tags, casts_shadow=level > 0, in_maps=level > 0),
             )
@@ -210,29 +210,34 @@ def draw_textures(land: Land) -> list[Texture]:
 
 
 def _scattered_stones(shore: Shore) -> list[rocks.Stone]:
-    """Stones along the shore and in the shallows, more where it is stony, few where it is grassy."""
-    table = scattered(SEED + 77, 5200, 9)
-    x, z = -19 + 37 * table[:, 0], -16.5 + 30 * table[:, 1]
-    distance, sand, stony = (terrain.sampled(AXIS, part, x, z) for part in (shore.distance, shore.sand, shore.stones))
-    clump = terrain.sampled(AXIS, _clumps(), x, z)
-    share = np.maximum(0.85 * stony, 0.30 * sand) + 0.05
-    share *= np.clip((distance + 5.0) / 2.5, 0, 1) * np.clip((1.5 - distance) / 0.8, 0, 1) * clump
-    chosen = np.flatnonzero(table[:, 2] < share)
-    size = 0.045 + 0.24 * table[:, 3] ** 4 + 0.05 * table[:, 4]
-    return [
-        rocks.Stone(
-            float(x[at]),
-            float(z[at]),
-            tuple((size[at] * np.array([1, 0.55 + 0.25 * table[at, 5], 0.65 + 0.3 * table[at, 6]])).tolist()),
-            float(360 * table[at, 7]),
-            float(0.22 + 0.25 * table[at, 8]),
+    """Stones along the shore and in the shallows, more where it is stony, and shingle before the camera."""
+    x, z = AXIS.world, AXIS.world
+    clumps = smoothstep(-0.35, 0.55, grid_fbm(x, z, 1.5, SEED + 78, octaves=2)).astype(np.float32)
+    found = []
+    for box, count, (least, spread, rare), thick in (
+        ((-19.0, 18.0, -16.5, 13.5), 4000, (0.05, 0.05, 0.24), 1.0),
+        ((-1.5, 10.5, 3.2, 9.0), 1500, (0.028, 0.035, 0.05), 2.2),
+    ):
+        table = scattered(SEED + 77 + count, count, 9)
+        x = box[0] + (box[1] - box[0]) * table[:, 0]
+        z = box[2] + (box[3] - box[2]) * table[:, 1]
+        distance, sand, stony, clump = (
+            terrain.sampled(AXIS, part, x, z) for part in (shore.distance, shore.sand, shore.stones, clumps)
         )
-        for at in chosen
-    ]
-
-
-def _clumps() -> Floats:
-    return smoothstep(-0.35, 0.55, grid_fbm(AXIS.world, AXIS.world, 1.5, SEED + 78, octaves=2)).astype(np.float32)
+        share = np.maximum(0.8 * stony, 0.30 * sand) + 0.05
+        share *= np.clip((distance + 5.0) / 2.5, 0, 1) * np.clip((1.6 - distance) / 0.9, 0, 1) * clump * thick
+        size = least + spread * table[:, 4] + rare * table[:, 3] ** 4
+        found += [
+            rocks.Stone(
+                float(x[at]),
+                float(z[at]),
+                (float(size[at]), *(size[at] * (0.55 + 0.3 * table[at, 5:7])).tolist()),
+                float(360 * table[at, 7]),
+                float(0.22 + 0.25 * table[at, 8]),
+            )
+            for at in np.flatnonzero(table[:, 2] < share)
+        ]
+    return found
 
 
 ENTRY = SceneEntry(
@@ -244,7 +249,7 @@ ENTRY = SceneEntry(
     centre=(0.0, 0.4, 0.0),
     own={
         "camera": {"eye": [9, 3.2, 9], "target": [0, 0.4, 0], "up": [0, 1, 0], "fov_y": 45},
-        "sun": {"azimuth": 235, "elevation": 38, "color": [1, 0.96, 0.9], "intensity": 1.0},
+        "sun": {"azimuth": 235, "elevation": 38, "color": [1, 0.96, 0.9], "intensity": 1.5},
         "ambient": [0.22, 0.25, 0.30],
         "sky": {"model": "analytic"},
         "fog": None,

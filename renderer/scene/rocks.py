@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -18,7 +18,7 @@ HeightAt = Callable[[Array, Array], Array]
 TILE = 1.7
 """Side of the rock texture's tile, metres."""
 
-_STONE = np.array([[0.215, 0.200, 0.180], [0.170, 0.165, 0.158], [0.250, 0.225, 0.190], [0.185, 0.160, 0.135]])
+_STONE = np.array([[0.245, 0.225, 0.200], [0.195, 0.190, 0.182], [0.290, 0.260, 0.215], [0.225, 0.195, 0.160]])
 _MOSS = np.array([0.072, 0.088, 0.026])
 _LICHEN = np.array([0.33, 0.33, 0.26])
 _ALGAE = np.array([0.060, 0.068, 0.026])
@@ -40,11 +40,28 @@ class Stone:
     """Height of its top over the water, metres, in place of ``sink``."""
 
 
-def stones(placed: list[Stone], seed: int, level: int, height_at: HeightAt, water_level: float = 0.0) -> Mesh:
-    """The stones as one mesh; ``level`` 1, 2 or 3 has 80, 320 or 1280 triangles each."""
-    return Mesh.merge(
-        [_stone(stone, seed + 7 * number, level, height_at, water_level) for number, stone in enumerate(placed)],
-    )
+def stones(placed: Sequence[Stone], seed: int, level: int, height_at: HeightAt, water_level: float = 0.0) -> Mesh:
+    """The stones as one mesh; ``level`` 0, 1, 2 or 3 has 20, 80, 320 or 1280 triangles each."""
+    if not placed:
+        return Mesh.merge([])
+    direction, faces = icosphere(level)
+    count, corners = len(placed), len(direction)
+    size = np.array([stone.size for stone in placed])
+    spot = np.array([(stone.x, stone.z) for stone in placed])
+    position = _worn(direction, count, seed, edge=18 if level > 1 else 7) * size[:, None]
+    turn = np.radians([stone.turn for stone in placed])[:, None]
+    x = position[..., 0] * np.cos(turn) + position[..., 2] * np.sin(turn) + spot[:, :1]
+    z = position[..., 2] * np.cos(turn) - position[..., 0] * np.sin(turn) + spot[:, 1:]
+    lift = height_at(spot[:, 0], spot[:, 1]) + size[:, 1] * (1 - 2 * np.array([stone.sink for stone in placed]))
+    for number, stone in enumerate(placed):
+        if stone.top is not None:
+            lift[number] = water_level + stone.top - float(position[number, :, 1].max())
+    position = np.stack([x, position[..., 1] + lift[:, None], z], axis=2).reshape(-1, 3)
+    index = (np.arange(count)[:, None, None] * corners + faces).reshape(-1, 3)
+    normal = smooth_normals(position, index).astype(np.float64)
+    owner = np.repeat(np.arange(count), corners)
+    color = _color(position, normal, owner, size.max(axis=1), seed, height_at, water_level)
+    return _unfolded(position, normal, color, index)
 
 
 @cache
@@ -74,61 +91,48 @@ def icosphere(level: int) -> tuple[Array, NDArray[np.int64]]:
     return corners / np.linalg.norm(corners, axis=1, keepdims=True), faces
 
 
-def _stone(stone: Stone, seed: int, level: int, height_at: HeightAt, water_level: float) -> Mesh:
-    direction, faces = icosphere(level)
-    position = _worn(direction, seed) * np.array(stone.size)
-    turn = np.radians(stone.turn)
-    across = np.array([[np.cos(turn), 0, np.sin(turn)], [0, 1, 0], [-np.sin(turn), 0, np.cos(turn)]])
-    position = position @ across.T
-    ground = float(height_at(np.array([stone.x]), np.array([stone.z]))[0])
-    lift = ground + stone.size[1] * (1 - 2 * stone.sink)
-    if stone.top is not None:
-        lift = water_level + stone.top - float(position[:, 1].max())
-    position = position + np.array([stone.x, lift, stone.z])
-    normal = smooth_normals(position, faces).astype(np.float64)
-    color = _color(position, normal, seed, height_at, water_level, max(stone.size))
-    return _unfolded(position, normal, color, faces)
-
-
-def _worn(direction: Array, seed: int) -> Array:
-    """Points of a unit stone: a ball that a dozen planes have cut, its edges rounded, its faces uneven."""
-    planes = scattered(seed, 15, 4)
+def _worn(direction: Array, count: int, seed: int, edge: int) -> Array:
+    """(count, n, 3) points of unit stones: balls that planes have cut; a higher ``edge`` rounds less."""
+    planes = scattered(seed, count * 15, 4)
     facing = planes[:, :3] * 2 - 1
     facing /= np.linalg.norm(facing, axis=1, keepdims=True)
-    offset = 0.52 + 0.42 * planes[:, 3]
-    reach = np.maximum(direction @ facing.T, 0) / offset
-    radius = (1 + (reach**18).sum(axis=1)) ** (-1 / 18)
-    radius *= 1 + 0.12 * point_noise(direction, 0.9, seed + 1) + 0.07 * point_fbm(direction, 0.4, seed + 2, octaves=3)
-    worn = direction * radius[:, None]
-    return worn / np.abs(worn).max(axis=0)
+    offset = (0.52 + 0.42 * planes[:, 3]).reshape(count, 1, 15)
+    reach = np.maximum(np.einsum("nk,cpk->cnp", direction, facing.reshape(count, 15, 3)), 0) / offset
+    radius = (1 + (reach**edge).sum(axis=2)) ** (-1 / edge)
+    apart = (direction[None] + 17.0 * np.arange(count)[:, None, None]).reshape(-1, 3)
+    lumps = 0.12 * point_noise(apart, 0.9, seed + 1) + 0.07 * point_fbm(apart, 0.4, seed + 2, octaves=3)
+    worn = direction[None] * (radius * (1 + lumps.reshape(count, -1)))[..., None]
+    return worn / np.abs(worn).max(axis=1, keepdims=True)
 
 
 def _color(
     position: Array,
     normal: Array,
+    owner: NDArray[np.int64],
+    sizes: Array,
     seed: int,
     height_at: HeightAt,
     water_level: float,
-    size: float,
 ) -> Array:
-    pick = scattered(seed + 3, 1, 3)[0]
-    base = _STONE[int(pick[0] * len(_STONE))] * (0.8 + 0.4 * pick[1])
-    blotch = point_fbm(position, 0.5 * size + 0.1, seed + 4, octaves=3)
+    pick = scattered(seed + 3, len(sizes), 3)[owner]
+    size = sizes[owner]
+    base = _STONE[(pick[:, 0] * len(_STONE)).astype(np.int64)] * (0.8 + 0.4 * pick[:, 1:2])
+    blotch = point_fbm(position / (0.5 * size + 0.1)[:, None], 1.0, seed + 4, octaves=3)
     color = base * (1 + 0.22 * blotch)[:, None]
     lichen = np.clip((point_noise(position, 0.22, seed + 5) - 0.35) * 4, 0, 1) * (normal[:, 1] > -0.2)
     color = color + (_LICHEN - color) * (0.45 * lichen)[:, None]
     above = position[:, 1] - water_level
     is_dry = np.clip((above - 0.12) / 0.18, 0, 1)
     moss = np.clip((normal[:, 1] - 0.45 + 0.45 * point_fbm(position, 0.6, seed + 6, octaves=3)) * 2.6, 0, 1)
-    moss *= is_dry * min(1.0, 1.6 * size) * (0.35 + 0.65 * (pick[2] > 0.3))
+    moss *= is_dry * np.minimum(1.0, 1.6 * size) * (0.35 + 0.65 * (pick[:, 2] > 0.3))
     color = color + (_MOSS * (1 + 0.3 * blotch)[:, None] - color) * moss[:, None]
     under = np.clip(-above / 0.25, 0, 1)
     color = color + (_ALGAE * (1 + 0.5 * blotch)[:, None] - color) * (0.72 * under)[:, None]
     edge = above + 0.05 * point_noise(position, 0.3, seed + 8)
     wet = np.clip(1 - edge / 0.11, 0, 1) * (1 - 0.45 * under)
-    color *= (1 - 0.52 * wet)[:, None]
+    color *= (1 - 0.48 * wet)[:, None]
     clear = position[:, 1] - height_at(position[:, 0], position[:, 2])
-    return color * (0.42 + 0.58 * np.clip(clear / (0.35 * size + 0.03), 0, 1))[:, None]
+    return color * (0.5 + 0.5 * np.clip(clear / (0.4 * size), 0, 1))[:, None]
 
 
 def _unfolded(position: Array, normal: Array, color: Array, faces: NDArray[np.int64]) -> Mesh:

@@ -23,10 +23,10 @@ OUTLINE = (
 )  # fmt: skip
 """Control points of the shore, (x, z) metres, joined by a closed Catmull-Rom curve."""
 
-SAND = ((6.2, 5.2, 3.4), (-6.5, 11.6, 3.6), (1.2, -12.6, 2.6))
+SAND = ((6.9, 5.4, 2.7), (-6.5, 11.6, 3.6), (1.2, -12.6, 2.6))
 """Beaches: (x, z, radius) metres."""
 
-STONES = ((1.2, 7.6, 3.2), (-15.8, 5.4, 4.0), (-11.6, -8.4, 3.4), (14.6, 1.8, 3.0))
+STONES = ((1.2, 7.4, 2.8), (3.9, 6.4, 2.1), (-15.8, 5.4, 4.0), (-11.6, -8.4, 3.4), (14.6, 1.8, 3.0))
 """Stony shores: (x, z, radius) metres."""
 
 DEPTH = 2.2

@@ -17,11 +17,11 @@ from renderer.scene.material import Texture
 
 SIZE = 512
 """Texels a side."""
-LONGEST, SHORTEST = 5.0, 90.0
+LONGEST, SHORTEST = 6.0, 96.0
 """Waves a tile of the longest and the shortest ripple."""
 FALL = 1.55
 """Exponent by which a wave's slope falls with its wave number."""
-SLOPE = 0.18
+SLOPE = 0.12
 """Root mean square of each slope component."""
 SPREAD = 2.0
 """Exponent of the cosine by which waves gather about the map's main direction."""

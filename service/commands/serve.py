@@ -21,8 +21,8 @@ from service.settings import PREFIX, Settings, unknown_variables
 USAGE = "millpond serve [options]"
 SUMMARY = (
     "Serves frames, turntables and jobs over HTTP until SIGTERM or Ctrl-C; then it takes nothing new, finishes the "
-    f"answers under way and exits with 0. Every option is also a variable, as {PREFIX}PORT, and a line of the TOML file "
-    f"that {PREFIX}CONFIG names."
+    f"answers under way and exits with 0. Every option is also a variable, as {PREFIX}PORT, and a line of the file "
+    f"(TOML) that {PREFIX}CONFIG names."
 )
 LOG = logging.getLogger("millpond.service")
 KEEP_ALIVE_SECONDS = 75

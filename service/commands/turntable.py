@@ -145,12 +145,19 @@ async def _write_archive(out: Path, frames: AsyncIterator[StoredFrame], plan: Tu
 
 
 async def _write_folder(out: Path, frames: AsyncIterator[StoredFrame], plan: TurntablePlan) -> None:
-    out.mkdir(exist_ok=True)
+    _make_folder(out)
     suffix = FORMATS[plan.frame.format].suffixes[0]
     index = 0
     async for stored in frames:
         write_whole(out / f"frame_{index:08d}.{suffix}", stored.data)
         index += 1
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(exist_ok=True)
+    except OSError as error:
+        raise Usage(f"{path} is no folder: {error.strerror}") from error
 
 
 # ----------------------------------------------------------------------------------------------------------- progress

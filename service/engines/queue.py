@@ -69,8 +69,14 @@ class Lanes:
         return True
 
     def drop(self, future: Future[FrameReport]) -> bool:
-        """Forget a waiting frame; False where it does not wait."""
-        return any(waiting.pop(future, None) is not None for waiting in self._waiting.values())
+        """Forget a cancelled frame that waits; False where it does not wait, or was begun before."""
+        for waiting in self._waiting.values():
+            entry = waiting.get(future)
+            if entry is not None and not entry.is_taken:
+                del waiting[future]
+                future.set_running_or_notify_cancel()  # whoever waits for it learns only so that it is over
+                return True
+        return False
 
     def drain(self) -> list[Entry]:
         """Forget all, and return what waited."""

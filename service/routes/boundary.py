@@ -64,7 +64,7 @@ class Boundary:
             await self.app(scope, receive, send_with_id)
         except ClientLeft:
             status = status or CLIENT_CLOSED
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001 -- this is the place where every one becomes an answer
             problem = problem_of(error)
             if problem.kind in UNEXPECTED or status:
                 ACCESS.error("request failed", exc_info=error, extra={"request_id": request_id, "kind": problem.kind})

@@ -20,7 +20,8 @@ h3 { font-size: 1rem; margin: 1.6rem 0 .4rem; font-family: ui-monospace, monospa
 a { color: var(--sky) }
 p.lead { color: var(--quiet); margin: 0 0 1.4rem }
 code, pre { font: .86rem/1.5 ui-monospace, monospace }
-pre { background: var(--shore); border: 1px solid var(--line); border-radius: 8px; padding: .9rem 1rem; overflow-x: auto }
+pre { background: var(--shore); border: 1px solid var(--line); border-radius: 8px; padding: .9rem 1rem;
+  overflow-x: auto }
 img.frame { display: block; width: 100%; aspect-ratio: 16 / 9; object-fit: cover; border-radius: 10px;
   background: var(--shore) }
 form { display: grid; grid-template-columns: repeat(auto-fit, minmax(12rem, 1fr)); gap: .8rem 1.4rem; margin: 1rem 0 }

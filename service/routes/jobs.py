@@ -111,7 +111,10 @@ def _image(request: Request, stored: StoredFrame, suffix: str, cached: dict[str,
 )
 @router.head("/v1/jobs/{job_id}/{product}", include_in_schema=False)
 async def product(request: Request, job_id: str, product: str) -> Response:
-    """``result.zip``, ``result.mp4``, ``contact-sheet.png`` or ``manifest.json``: verified against the job's frames; by Range too."""
+    """A product, verified against the job's frames: whole, or by one Range.
+
+    ``result.zip``, ``result.mp4``, ``contact-sheet.png`` or ``manifest.json``.
+    """
     parts = parts_of(request)
     made = await anyio.to_thread.run_sync(parts.jobs.product, job_id, product)
     headers = {

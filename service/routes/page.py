@@ -19,7 +19,8 @@ FRONT = """
 <p class="lead">Reflective and refractive water, drawn without a display. A frame is a pure function of its request.</p>
 <img class="frame" id="frame" alt="The pond, as the controls below describe it" src="/v1/frame.jpg?msaa=4">
 <form id="controls">
-<label>time <output></output><input type="range" name="time" min="0" max="20" step="0.25" value="0" data-unit=" s"></label>
+<label>time <output></output>
+<input type="range" name="time" min="0" max="20" step="0.25" value="0" data-unit=" s"></label>
 <label>sun, height <output></output>
 <input type="range" name="sun.elevation" min="4" max="80" step="1" value="38" data-unit="°"></label>
 <label>sun, direction <output></output>

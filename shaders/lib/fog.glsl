@@ -2,22 +2,27 @@
 #include <Fog>
 #include <Light>
 
-// Integral of exp(-k |y|) from 0 to y, for k > 0.
-float fog_column(float y, float k)
+// (1 - exp(-t)) / t, the mean of exp(-t) from 0 to t >= 0. The quotient loses its digits near 0, where a series stands in.
+float falling_mean(float t)
 {
-    return sign(y) * (1.0 - exp(-k * abs(y))) / k;
+    float series = 1.0 - t * (0.5 - t * (1.0 / 6.0 - t / 24.0));
+    return t < 0.03 ? series : (1.0 - exp(-t)) / t;
 }
 
-// Light that comes through from a point to the eye: closed form of the exponential column.
+// Light that comes through from a point to the eye, by Beer's law: exp(-density * mean * distance), where mean is the
+// closed form of exp(-k |y|) averaged along the way.
 // y_eye, y_point: heights above the water, metres; the mirrored eye lies below, so height counts as |y|,
 // which gives a reflection the fog of its whole path. distance: metres.
 float fog_transmittance(float y_eye, float y_point, float distance)
 {
     float k = fog.height_falloff;
-    float rise = y_point - y_eye;
-    float mean = 1.0;
-    if (k > 0.0)
-        mean = abs(rise) > 1e-3 ? (fog_column(y_point, k) - fog_column(y_eye, k)) / rise : exp(-k * abs(y_eye));
+    float low = min(abs(y_eye), abs(y_point));
+    float high = max(abs(y_eye), abs(y_point));
+    float mean;
+    if (y_eye * y_point < 0.0)
+        mean = (low * falling_mean(k * low) + high * falling_mean(k * high)) / (low + high);
+    else
+        mean = exp(-k * low) * falling_mean(k * (high - low));
     return exp(-fog.density * mean * distance);
 }
 

@@ -56,6 +56,13 @@ vec3 sky_gradient(vec3 d, vec3 horizon, vec3 zenith)
     return mix(horizon, zenith, sqrt(max(d.y, 0.0) * inversesqrt(dot(d, d))));
 }
 
+// A sky that is overcast throughout, over its zenith's radiance (Moon & Spencer 1942): three times as bright above as at the
+// horizon. Its irradiance is 7/9 pi. height: sine of the elevation, 0..1.
+float overcast_shape(float height)
+{
+    return (1.0 + 2.0 * height) / 3.0;
+}
+
 // Below the horizon its haze gives way to ground, without an edge: the weight and its slope start from 0. sky: from the
 // table; d: any length but 0; ground: linear RGB.
 vec3 sky_with_ground(vec3 sky, vec3 d, vec3 ground)

@@ -1,9 +1,11 @@
-// The scene's surfaces under sun and ambient light: albedo * (ambient + sun * max(0, n.l) * visibility).
+// The scene's surfaces under sun and ambient light: albedo * (ambient + sun * max(0, n.l) * visibility). Alpha says whether
+// the water lies before them, so that ripples need not look past its edge.
 #include <View>
 #include <Light>
 #include <material>
 #include "lib/colour.glsl"
 #include "lib/shadow.glsl"
+#include "lib/waterline.glsl"
 #ifdef HAS_FOG
 #include "lib/fog.glsl"
 #endif
@@ -36,5 +38,5 @@ void main()
 #ifdef HAS_FOG
     lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : position_world + 1e4 * view.eye.xyz, position_world);
 #endif
-    radiance = vec4(rounded_to_half(lit), 1.0);
+    radiance = vec4(rounded_to_half(lit), seen_through_water(position_world.y));
 }

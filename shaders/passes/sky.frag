@@ -9,6 +9,11 @@
 uniform sampler2D sky_map;
 #endif
 
+#include "lib/waterline.glsl"
+#ifdef HAS_FOG
+#include "lib/fog.glsl"
+#endif
+
 in vec3 ray_world;
 
 layout(location = 0) out vec4 color;
@@ -26,4 +31,8 @@ void main()
     color.rgb += sun_disc(ray_world, sky_light.sun_direction) * sky.a * sky_light.sun_disc;
 #endif
 #endif
+#ifdef HAS_FOG
+    color.rgb = fogged_sky(color.rgb, view.eye.xyz * view.eye.w, normalize(ray_world));
+#endif
+    color.a = seen_through_water(1e30);  // beyond the water only for an eye below it
 }

@@ -52,11 +52,19 @@ WaterShade shade_water(WaterPoint point)
 {
     vec3 n = luna_normal(point.position.xz);
     n.y *= point.up.y;
-    vec3 reflected = texture(reflection_map, rippled(point.reflection_place, n)).rgb;
-    vec3 refracted = texture(refraction_map, rippled(point.refraction_place, n)).rgb;
+    // A ripple that looks past the water's edge, at something that stands in the air, would draw that thing or the hole
+    // behind it onto the water: there both maps are read where they lie.
+    vec4 refracted = texture(refraction_map, rippled(point.refraction_place, n));
+    vec2 reflection_place = rippled(point.reflection_place, n);
+    if (refracted.a < 0.5)
+    {
+        refracted = texture(refraction_map, point.refraction_place);
+        reflection_place = point.reflection_place;
+    }
+    vec3 reflected = texture(reflection_map, reflection_place).rgb;
 
     float weight = luna_refraction_weight(dot(n, point.view), luna.refraction_bias, luna.refraction_power);
-    vec3 blend = mix(reflected, refracted, weight);
+    vec3 blend = mix(reflected, refracted.rgb, weight);
 
     float sun = max(light.sun_radiance.r, max(light.sun_radiance.g, light.sun_radiance.b)) > 0.0 ? 1.0 : 0.0;
     float NoL = max(dot(n, light.sun_direction), 0.0);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import subprocess
@@ -12,6 +13,7 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import av
 import httpx
 import pytest
 
@@ -101,6 +103,12 @@ def _stopped(process: subprocess.Popen[bytes]) -> int:
             process.stdout.close()
 
 
+def movie_frames(movie: bytes) -> int:
+    """How many frames a movie has, by decoding it."""
+    with av.open(io.BytesIO(movie), "r") as container:
+        return len(list(container.decode(video=0)))
+
+
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     """The server that all tests share; nothing that a test does to it may outlive the test."""
@@ -110,7 +118,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 @pytest.fixture
 def start_server(tmp_path: Path) -> Callable[..., AbstractContextManager[Server]]:
-    """Starts a server of the test's own: ``with start_server("--api-keys=key") as server``."""
+    """Starter of a server for one test alone, with the options that it is given."""
 
     def start(*options: str, **keywords: str | bool) -> AbstractContextManager[Server]:
         return running_server(tmp_path / "server", *options, **keywords)  # type: ignore[arg-type]

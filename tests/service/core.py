@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from renderer.request import FrameRequest
 from service.artifacts import LocalArtifacts
@@ -56,8 +56,11 @@ def make_local(room: Path, *, workers: int = 2, interactive: bool = True, **opti
     return LocalEngine(room / "artifacts", workers=workers, interactive=interactive, make=scripted, **options)
 
 
+AnyEngine = TypeVar("AnyEngine", bound=Engine)
+
+
 @contextmanager
-def running(engine: Engine) -> Iterator[Engine]:
+def running(engine: AnyEngine) -> Iterator[AnyEngine]:
     """An engine that is up, and ends with the block."""
     engine.start()
     try:

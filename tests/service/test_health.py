@@ -19,6 +19,11 @@ from service.settings import Limits
 from tests.service.conftest import Server
 
 
+def client_of(server: Server) -> httpx.Client:
+    """A client of a test's own server."""
+    return httpx.Client(base_url=server.url, timeout=30)
+
+
 def test_a_ready_server_is_alive_and_every_worker_has_drawn_its_canary(http: httpx.Client) -> None:
     live, ready = http.get("/livez"), http.get("/readyz")
 
@@ -96,48 +101,52 @@ def test_links_of_the_pages_lead_somewhere(http: httpx.Client) -> None:
 def test_a_stopped_worker_makes_the_server_unready_and_leaves_it_alive(
     start_server: Callable[..., AbstractContextManager[Server]],
 ) -> None:
-    with start_server("--workers=1", "--interactive=false") as server:
-        with httpx.Client(base_url=server.url, timeout=30) as client:
-            worker = client.get("/v1/info").json()["workers"][0]
-            os.kill(worker["pid"], signal.SIGSTOP)
-            deadline = time.monotonic() + 15
-            while client.get("/readyz").status_code == 200 and time.monotonic() < deadline:
-                time.sleep(0.1)
-            ready = client.get("/readyz")
+    with (
+        start_server("--workers=1", "--interactive=false") as server,
+        httpx.Client(base_url=server.url, timeout=30) as client,
+    ):
+        worker = client.get("/v1/info").json()["workers"][0]
+        os.kill(worker["pid"], signal.SIGSTOP)
+        deadline = time.monotonic() + 15
+        while client.get("/readyz").status_code == 200 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        ready = client.get("/readyz")
 
-            assert ready.status_code == 503
-            assert ready.headers["content-type"] == "application/problem+json"
-            assert int(ready.headers["retry-after"]) > 0
-            assert ready.json()["type"] == "/problems/not-ready"
-            assert client.get("/livez").status_code == 200
+        assert ready.status_code == 503
+        assert ready.headers["content-type"] == "application/problem+json"
+        assert int(ready.headers["retry-after"]) > 0
+        assert ready.json()["type"] == "/problems/not-ready"
+        assert client.get("/livez").status_code == 200
 
-            deadline = time.monotonic() + 60
-            while client.get("/readyz").status_code != 200 and time.monotonic() < deadline:
-                time.sleep(0.2)
-            after = client.get("/v1/info").json()["workers"][0]
-            assert after["pid"] != worker["pid"]
-            assert client.get("/v1/frame?width=64&height=36").status_code == 200
+        deadline = time.monotonic() + 60
+        while client.get("/readyz").status_code != 200 and time.monotonic() < deadline:
+            time.sleep(0.2)
+        after = client.get("/v1/info").json()["workers"][0]
+        assert after["pid"] != worker["pid"]
+        assert client.get("/v1/frame?width=64&height=36").status_code == 200
 
 
 def test_without_a_device_the_server_lives_and_readiness_says_what_is_missing(
     start_server: Callable[..., AbstractContextManager[Server]],
 ) -> None:
-    with start_server("--workers=1", "--interactive=false", "--require=gpu", is_awaited=False) as server:
-        with httpx.Client(base_url=server.url, timeout=30) as client:
-            assert client.get("/livez").status_code == 200
-            deadline = time.monotonic() + 60
-            while (ready := client.get("/readyz")).json().get("type") != "/problems/no-device":
-                if ready.status_code == 200:
-                    pytest.skip("this machine has a GPU")
-                assert time.monotonic() < deadline, ready.text
-                time.sleep(0.2)
+    with (
+        start_server("--workers=1", "--interactive=false", "--require=gpu", is_awaited=False) as server,
+        httpx.Client(base_url=server.url, timeout=30) as client,
+    ):
+        assert client.get("/livez").status_code == 200
+        deadline = time.monotonic() + 60
+        while (ready := client.get("/readyz")).json().get("type") != "/problems/no-device":
+            if ready.status_code == 200:
+                pytest.skip("this machine has a GPU")
+            assert time.monotonic() < deadline, ready.text
+            time.sleep(0.2)
 
-            assert ready.status_code == 503
-            assert "gpu" in ready.json()["detail"]
-            frame = client.get("/v1/frame?width=64&height=36")
-            assert frame.status_code == 503
-            assert frame.json()["type"] == "/problems/no-device"
-            assert int(frame.headers["retry-after"]) > 0
+        assert ready.status_code == 503
+        assert "gpu" in ready.json()["detail"]
+        frame = client.get("/v1/frame?width=64&height=36")
+        assert frame.status_code == 503
+        assert frame.json()["type"] == "/problems/no-device"
+        assert int(frame.headers["retry-after"]) > 0
 
 
 def test_sigterm_ends_the_server_and_every_worker(

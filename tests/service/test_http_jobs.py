@@ -8,12 +8,11 @@ import time
 import zipfile
 from typing import Any
 
-import av
 import httpx
 import pytest
 from PIL import Image
 
-from tests.service.conftest import Server
+from tests.service.conftest import Server, movie_frames
 from tests.service.test_http_errors import mistakes, problem
 
 PATIENCE = 60.0
@@ -93,9 +92,8 @@ def test_frames_come_in_pages(http: httpx.Client, finished: str) -> None:
 def test_products_hold_every_frame(http: httpx.Client, finished: str) -> None:
     archive = zipfile.ZipFile(io.BytesIO(http.get(f"{finished}/result.zip").content))
     assert archive.testzip() is None
-    assert sum(name.endswith(".png") for name in archive.namelist()) == 5
-    with av.open(io.BytesIO(http.get(f"{finished}/result.mp4").content)) as movie:
-        assert sum(1 for _ in movie.decode(video=0)) == 5
+    assert len([name for name in archive.namelist() if name.endswith(".png")]) == 5
+    assert movie_frames(http.get(f"{finished}/result.mp4").content) == 5
     sheet = http.get(f"{finished}/contact-sheet.png")
     assert sheet.headers["content-type"] == "image/png"
     assert Image.open(io.BytesIO(sheet.content)).width > 64
@@ -226,7 +224,9 @@ def test_a_bad_job_is_refused_before_it_is_one(
     http: httpx.Client, body: dict[str, Any], path: str, bound: str | None
 ) -> None:
     before = len(http.get("/v1/jobs", params={"limit": 1000}).json()["jobs"])
-    (mistake,) = mistakes(http.post("/v1/jobs", json=body if "turntable" in body else {**body, "turntable": {"frames": 2}}))
+    (mistake,) = mistakes(
+        http.post("/v1/jobs", json=body if "turntable" in body else {**body, "turntable": {"frames": 2}})
+    )
 
     assert mistake["path"] == path
     assert bound is None or bound in mistake["bound"]
@@ -234,7 +234,8 @@ def test_a_bad_job_is_refused_before_it_is_one(
 
 
 @pytest.mark.parametrize(
-    ("query", "path"), [("state=asleep", "state"), ("cursor=bogus", "cursor"), ("limit=0", "limit"), ("limit=x", "limit")]
+    ("query", "path"),
+    [("state=asleep", "state"), ("cursor=bogus", "cursor"), ("limit=0", "limit"), ("limit=x", "limit")],
 )
 def test_a_bad_page_is_refused(http: httpx.Client, query: str, path: str) -> None:
     (mistake,) = mistakes(http.get(f"/v1/jobs?{query}"))

@@ -34,7 +34,7 @@ def test_the_environment_is_read_with_its_prefix(monkeypatch: pytest.MonkeyPatch
 
 def test_a_file_lies_beneath_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     file = tmp_path / "millpond.toml"
-    file.write_text('port = 9002\nworkers = 3\n[limits]\npixels = 77\n')
+    file.write_text("port = 9002\nworkers = 3\n[limits]\npixels = 77\n")
     monkeypatch.setenv("MILLPOND_CONFIG", str(file))
     monkeypatch.setenv("MILLPOND_PORT", "9003")
     settings = Settings()
@@ -58,7 +58,7 @@ def test_an_open_address_needs_keys_or_a_word(host: str) -> None:
     with pytest.raises(ValidationError, match="not loopback"):
         Settings(host=host)
 
-    assert Settings(host=host, api_keys=("secret",)).host == host  # type: ignore[arg-type]  # read from text
+    assert Settings(host=host, api_keys=("secret",)).host == host
     assert Settings(host=host, allow_anonymous=True).host == host
 
 
@@ -68,7 +68,7 @@ def test_what_counts_as_loopback() -> None:
 
 
 def test_secrets_are_not_shown() -> None:
-    assert "hush" not in repr(Settings(api_keys=("hush",)))  # type: ignore[arg-type]  # read from text
+    assert "hush" not in repr(Settings(api_keys=("hush",)))
 
 
 def test_options_of_serve_are_the_settings() -> None:
