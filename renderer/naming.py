@@ -24,6 +24,7 @@ def unknown_name(kind: str, name: Any, known: Iterable[str]) -> PydanticCustomEr
         "unknown {kind}{hint}",
         {
             "kind": kind,
+            "name": name,
             "hint": f"; did you mean {near[0]!r}?" if near else "",
             "bound": "one of " + ", ".join(names),
         },

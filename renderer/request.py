@@ -189,6 +189,8 @@ def _problem(details: ErrorDetails, given: Any) -> FieldProblem:
     path = ".".join(str(part) for part in parts)
     message = "unknown field" if is_unknown else details["msg"]
     value = None if details["type"] == "missing" else _as_written(given, parts, details.get("input"))
+    if details["type"] == "unknown_name":
+        value = context["name"]
     return FieldProblem(path, message, value, bound)
 
 

@@ -94,7 +94,13 @@ def packed(scene: Scene) -> dict[str, NDArray[Any]]:
             },
         )
     textures = [
-        {"name": key, "texture": texture.name, "is_srgb": texture.is_srgb, "wrap": texture.wrap, "mipmaps": texture.mipmaps}
+        {
+            "name": key,
+            "texture": texture.name,
+            "is_srgb": texture.is_srgb,
+            "wrap": texture.wrap,
+            "mipmaps": texture.mipmaps,
+        }
         for key, texture in scene.textures.items()
     ]
     about = json.dumps({"name": scene.name, "objects": objects, "textures": textures})
@@ -158,7 +164,7 @@ def _write(path: Path, arrays: Arrays) -> None:
     handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)
+            np.savez(file, allow_pickle=False, **dict(arrays))
             file.flush()
             os.fsync(file.fileno())
         Path(temporary).replace(path)

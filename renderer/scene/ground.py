@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +19,18 @@ from renderer.scene.terrain import Axis
 
 Polyline = Sequence[tuple[float, float]]
 
-_LUSH = (0.095, 0.132, 0.038)
-_FRESH = (0.150, 0.182, 0.056)
-_DEEP = (0.055, 0.088, 0.030)
-_DRY = (0.235, 0.210, 0.100)
-_SOIL = (0.128, 0.104, 0.074)
-_SAND = (0.400, 0.325, 0.215)
-_GRAVEL = (0.265, 0.245, 0.210)
-_PALE = (0.400, 0.375, 0.330)
-_MUD = (0.105, 0.088, 0.050)
-_SILT = (0.062, 0.062, 0.034)
-_ALGAE = (0.052, 0.078, 0.018)
-_LITTER = (0.120, 0.082, 0.042)
+_LUSH = np.array((0.090, 0.120, 0.040), np.float32)
+_FRESH = np.array((0.148, 0.172, 0.060), np.float32)
+_DEEP = np.array((0.055, 0.088, 0.030), np.float32)
+_DRY = np.array((0.235, 0.210, 0.100), np.float32)
+_SOIL = np.array((0.128, 0.104, 0.074), np.float32)
+_SAND = np.array((0.400, 0.325, 0.215), np.float32)
+_GRAVEL = np.array((0.265, 0.245, 0.210), np.float32)
+_PALE = np.array((0.400, 0.375, 0.330), np.float32)
+_MUD = np.array((0.165, 0.138, 0.082), np.float32)
+_SILT = np.array((0.070, 0.070, 0.038), np.float32)
+_ALGAE = np.array((0.066, 0.095, 0.024), np.float32)
+_LITTER = np.array((0.120, 0.082, 0.042), np.float32)
 
 
 REACH = 7.0
@@ -38,12 +39,14 @@ REACH = 7.0
 
 @dataclass(frozen=True, eq=False)
 class Noises:
-    """The noises that all of the ground's patterns share; wavelengths 0.42, 2.6, 13 and 0.21 m."""
+    """The noises that all of the ground's patterns share; wavelengths 0.42, 2.6, 13, 0.21 and 0.1 m."""
 
     fine: Floats
     medium: Floats
     broad: Floats
     stain: Floats
+    speck: Floats
+    """Near the shore only."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,16 @@ def ground_colors(
         medium=grid_fbm(x, x, 2.6, seed + 2, octaves=4, gain=0.7),
         broad=grid_fbm(x, x, 13.0, seed + 3, octaves=2),
         stain=grid_noise(x, x, 0.21, seed + 4),
+        speck=np.zeros((0, 0), np.float32),
     )
-    color, grass = _meadow(noise, _resampled(woods, size), _path_share(texels, paths))
+    color, grass = _meadow(noise, _resampled(woods, size), path_share(texels, paths))
     rough = (1 - grass) * np.float32(0.35)
     window = _window(axis, shore, size)
-    inside = Shore(*(_resampled(part, size)[window] for part in (shore.distance, shore.sand, shore.stones, shore.height)))
-    near = Noises(*(part[window] for part in (noise.fine, noise.medium, noise.broad, noise.stain)))
+    inside = Shore(
+        *(_resampled(part, size)[window] for part in (shore.distance, shore.sand, shore.stones, shore.height))
+    )
+    speck = grid_noise(x[window[1]], x[window[0]], 0.10, seed + 5)
+    near = Noises(noise.fine[window], noise.medium[window], noise.broad[window], noise.stain[window], speck)
     color[window], grass[window], rough[window] = _banks(color[window], grass[window], inside, near)
     color *= _light_share(texels, shades)[..., None]
     image = np.empty((size, size, 4), np.uint8)
@@ -94,13 +101,14 @@ def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]
     color = np.full((*fine.shape, 3), _LUSH, np.float32)
     _mix(color, _FRESH, _ramp(-0.5, 0.9, broad + 0.5 * medium))
     _mix(color, _DEEP, 0.8 * _ramp(0.1, 0.7, 0.9 * medium - 0.5 * broad))
-    _mix(color, _DRY, 0.6 * _ramp(0.4, 1.2, 0.8 * medium + 0.7 * broad + 0.35 * fine))
-    litter = _ramp(0.35, 0.9, woods + 0.35 * medium + 0.15 * fine)
-    _mix(color, _LITTER, 0.75 * litter)
+    _mix(color, _DRY, 0.65 * _ramp(0.3, 1.1, 0.8 * medium + 0.7 * broad + 0.45 * fine))
+    litter = _ramp(0.35, 0.9, woods + 0.35 * medium + 0.15 * fine) * _ramp(0.0, 0.15, woods)
+    _mix(color, _LITTER, 0.38 * litter)
+    color *= (1 - np.float32(0.34) * woods)[..., None]
     # Tussocks: bright crests, dark hollows between them.
     color *= (1 + np.float32(0.34) * fine + np.float32(0.16) * noise.stain)[..., None]
     worn = _ramp(0.50, 0.66, path + 0.22 * fine + 0.16 * medium)
-    soil = np.float32(_SOIL) * (1 + np.float32(0.15) * fine + np.float32(0.12) * noise.stain)[..., None]
+    soil = _SOIL * (1 + np.float32(0.15) * fine + np.float32(0.12) * noise.stain)[..., None]
     color += (soil - color) * worn[..., None]
     return color, (1 - 0.6 * litter) * (1 - 0.9 * worn)
 
@@ -109,21 +117,25 @@ def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[F
     """The shore and the bed: (colour, share of grass, share of pebbles). Edges fray with the fine noise."""
     fine, medium, stain = noise.fine, noise.medium, noise.stain
     distance = shore.distance
-    fray = 0.20 * fine + 0.12 * medium + 0.06 * stain
+    fray = 0.16 * fine + 0.12 * medium + 0.08 * stain + 0.13 * noise.speck
     bare = _ramp(0.30, 0.12, distance + fray) * (distance > -1)
     _mix(color, _SOIL, 0.9 * bare)
     grass = grass * (1 - bare)
-    sandy = _ramp(0.46, 0.54, shore.sand * _ramp(3.6, 2.2, distance + 0.8 * medium) + 0.8 * fray)
-    sand = np.float32(_SAND) * (1 + np.float32(0.09) * fine + np.float32(0.07) * medium)[..., None]
+    sandy = shore.sand * _ramp(2.3, 1.3, distance + 0.9 * medium) + 0.8 * fray
+    stony = shore.stones * _ramp(1.9, 1.0, distance + 0.7 * medium) + 0.8 * fray
+    # Earth shows in a narrow band where turf ends.
+    _mix(color, _SOIL, 0.75 * _ramp(0.30, 0.44, np.maximum(sandy, stony)))
+    sandy, stony = _ramp(0.45, 0.55, sandy), _ramp(0.45, 0.55, stony)
+    sand = _SAND * (1 + np.float32(0.09) * fine + np.float32(0.07) * medium)[..., None]
     color = color + (sand - color) * sandy[..., None]
-    stony = _ramp(0.46, 0.54, shore.stones * _ramp(2.6, 1.4, distance + 0.6 * medium) + 0.8 * fray)
-    drift = 0.85 * sandy * _ramp(0.05, 0.45, fine - 0.6 * medium - 0.35 * np.abs(distance))
-    shingle = np.maximum(stony, drift)
-    gravel = np.float32(_GRAVEL) * (1 + np.float32(0.30) * stain + np.float32(0.14) * fine)[..., None]
-    gravel += (np.float32(_PALE) - gravel) * (0.5 * _ramp(0.45, 0.8, stain))[..., None]
+    far: Floats = np.abs(distance)
+    drift = 0.85 * sandy * _ramp(0.05, 0.45, fine - 0.6 * medium - 0.35 * far)
+    shingle: Floats = np.maximum(stony, drift)
+    gravel = _GRAVEL * (1 + np.float32(0.30) * stain + np.float32(0.14) * fine)[..., None]
+    gravel += (_PALE - gravel) * (0.5 * _ramp(0.45, 0.8, stain))[..., None]
     color = color + (gravel - color) * shingle[..., None]
     grass = grass * (1 - np.maximum(sandy, stony))
-    rough = (1 - grass) * (0.30 + 0.70 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
+    rough: Floats = (1 - grass) * (0.30 + 0.70 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
 
     depth = -shore.height
     is_wet = _ramp(-0.03, 0.06, depth + 0.01 * fine)
@@ -139,8 +151,8 @@ def _bed(color: Floats, bare: Floats, depth: Floats, noise: Noises) -> Floats:
     """The shore's sand and stones run out under water into mud, silt and weed, darker as it deepens."""
     fine, medium, broad, stain = noise.fine, noise.medium, noise.broad, noise.stain
     bed = np.full(color.shape, _MUD, np.float32)
-    _mix(bed, _GRAVEL, 0.55 * _ramp(0.5, 1.0, stain + 0.3 * medium))
-    bed *= (1 + np.float32(0.2) * fine)[..., None]
+    _mix(bed, _GRAVEL, 0.4 * _ramp(0.1, 1.0, stain + 0.6 * fine))
+    bed *= (1 + np.float32(0.22) * fine + np.float32(0.12) * stain)[..., None]
     bed += (color - bed) * (bare * _ramp(1.15, 0.4, depth + 0.25 * medium))[..., None]
     _mix(bed, _ALGAE, 0.65 * _ramp(0.1, 0.9, medium + 0.5 * fine + 0.25 * broad) * _ramp(0.08, 0.5, depth))
     _mix(bed, _SILT, 0.9 * _ramp(0.5, 1.7, depth + 0.2 * medium))
@@ -161,13 +173,13 @@ def _window(axis: Axis, shore: Shore, size: int) -> tuple[slice, slice]:
     return spans[0], spans[1]
 
 
-def _path_share(axis: Axis, paths: Sequence[Polyline]) -> Floats:
+def path_share(axis: Axis, paths: Sequence[Polyline]) -> Floats:
     """1 in the middle of a trodden path, 0 from a metre off it; drawn coarsely and enlarged."""
     coarse = axis.texels(max(axis.count // 4, 1))
     x, z = coarse.world[None, :], coarse.world[:, None]
     nearest = np.full((coarse.count, coarse.count), 9.0)
     for path in paths:
-        for start, end in zip(path[:-1], path[1:], strict=True):
+        for start, end in pairwise(path):
             low_x, high_x = sorted((start[0], end[0]))
             low_z, high_z = sorted((start[1], end[1]))
             columns = slice(*np.searchsorted(coarse.world, (low_x - 2, high_x + 2)))
@@ -192,11 +204,11 @@ def _light_share(axis: Axis, shades: Sequence[Shade]) -> Floats:
     return light
 
 
-def _mix(color: Floats, other: tuple[float, float, float], share: Floats) -> None:
+def _mix(color: Floats, other: Floats, share: Floats) -> None:
     """Change a colour by a share of another."""
     for channel in range(3):
         part = color[..., channel]
-        part += (np.float32(other[channel]) - part) * share
+        part += (other[channel] - part) * share
 
 
 def _ramp(low: float, high: float, value: Floats) -> Floats:
@@ -220,4 +232,5 @@ def _enlarged(image: Floats, size: int) -> Floats:
 
 def _bilinear(grid: Floats, low: NDArray[np.int64], high: NDArray[np.int64], part: Floats) -> Floats:
     rows = grid[:, low] * (1 - part) + grid[:, high] * part
-    return rows[low] * (1 - part)[:, None] + rows[high] * part[:, None]
+    smooth: Floats = rows[low] * (1 - part)[:, None] + rows[high] * part[:, None]
+    return smooth

@@ -85,9 +85,7 @@ def hill_sheet(seed: int, rows: tuple[int, ...], columns: int, sectors: int) -> 
     position = np.stack([x, height, z], axis=2)
     color = _colors(x, z, height, away, seed)
     wide = columns // sectors
-    return [
-        _strip(position[:, at : at + wide + 1], color[:, at : at + wide + 1]) for at in range(0, columns, wide)
-    ]
+    return [_strip(position[:, at : at + wide + 1], color[:, at : at + wide + 1]) for at in range(0, columns, wide)]
 
 
 def _treetops(x: Array, z: Array, rows: Array, seed: int) -> Array:

@@ -38,6 +38,11 @@ class Jetty:
     seed: int = 0
 
     @property
+    def body(self) -> float:
+        """Metres from the foot to where the head begins."""
+        return self.length - self.head_length
+
+    @property
     def length(self) -> float:
         """Metres from foot to head."""
         return float(np.hypot(self.head[0] - self.foot[0], self.head[1] - self.foot[1]))
@@ -45,12 +50,32 @@ class Jetty:
     @property
     def along(self) -> Array:
         """Unit vector (x, z) from foot to head."""
-        return (np.array(self.head) - self.foot) / self.length
+        step: Array = np.array(self.head) - np.array(self.foot)
+        return step / self.length
 
     def places(self, along: Array, across: Array) -> Array:
         """World (n, 2) of distances along the jetty and to its right."""
         forward = self.along
-        return np.array(self.foot) + along[:, None] * forward + across[:, None] * np.array([-forward[1], forward[0]])
+        right = np.array([-forward[1], forward[0]])
+        return np.array(self.foot) + along[:, None] * forward + across[:, None] * right
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A piece of sawn wood: where its middle is, measured along the jetty, and how it lies."""
+
+    along: float
+    across: float
+    height: float
+    half: tuple[float, float, float]
+    """Half extents along its grain, upwards and across, metres."""
+    color: Array
+    offset: float
+    """Where in the wood's texture it was cut, 0 to 1."""
+    turn: float = 0.0
+    """Degrees from the jetty's direction."""
+    roll: float = 0.0
+    """Degrees about its grain."""
 
 
 def timber(jetty: Jetty, height_at: HeightAt) -> Mesh:
@@ -60,82 +85,79 @@ def timber(jetty: Jetty, height_at: HeightAt) -> Mesh:
 
 def plain(jetty: Jetty, height_at: HeightAt) -> Mesh:
     """The jetty for the maps: two slabs in place of the boards."""
-    body = jetty.length - jetty.head_length
+    top = jetty.deck - 0.02
     slabs = [
-        _box(jetty, body / 2, 0.0, jetty.deck - 0.02, (body / 2, 0.02, jetty.width / 2), 0.0, _WOOD, 0.0),
-        _box(jetty, jetty.length - jetty.head_length / 2, 0.0, jetty.deck - 0.02,
-             (jetty.head_length / 2, 0.02, jetty.head_width / 2), 0.0, _WOOD, 0.0),
-    ]  # fmt: skip
-    return Mesh.merge([*slabs, _beams(jetty), _posts(jetty, height_at)])
+        Board(jetty.body / 2, 0.0, top, (jetty.body / 2, 0.02, jetty.width / 2), _WOOD, 0.0),
+        Board(
+            jetty.length - jetty.head_length / 2,
+            0.0,
+            top,
+            (jetty.head_length / 2, 0.02, jetty.head_width / 2),
+            _WOOD,
+            0.0,
+        ),
+    ]
+    return Mesh.merge([*(_box(jetty, slab) for slab in slabs), _beams(jetty), _posts(jetty, height_at)])
 
 
 def _boards(jetty: Jetty) -> Mesh:
     pitch = 0.152
-    body, total = jetty.length - jetty.head_length, jetty.length
-    count = int(total / pitch)
-    random = scattered(jetty.seed, count, 8)
+    random = scattered(jetty.seed, int(jetty.length / pitch), 8)
     boards = []
     for number, value in enumerate(random):
         place = (number + 0.5) * pitch
-        is_head = place > body
-        half = (jetty.head_width if is_head else jetty.width) / 2
-        if value[7] < 0.025 and not is_head and 4 < number:
+        is_head = place > jetty.body
+        if value[7] < 0.025 and not is_head and number > 4:
             continue
+        half = (jetty.head_width if is_head else jetty.width) / 2
         half += 0.05 * (value[0] - 0.5) + (0.07 if value[6] > 0.93 else 0.0)
         shade = 0.78 + 0.42 * value[1]
         warm = np.array([1.05, 1.0, 0.93]) if value[2] > 0.6 else np.array([0.98, 1.0, 1.03])
-        boards.append(
-            _box(
-                jetty,
-                place + 0.012 * (value[3] - 0.5),
-                0.03 * (value[4] - 0.5),
-                jetty.deck - 0.018 + 0.008 * (value[5] - 0.5),
-                (half, 0.018, 0.068 + 0.004 * (value[0] - 0.5)),
-                90.0 + 1.6 * (value[6] - 0.5),
-                _WOOD * shade * warm,
-                value[2],
-                roll=0.9 * (value[1] - 0.5),
-            ),
+        board = Board(
+            along=place + 0.012 * (value[3] - 0.5),
+            across=0.03 * (value[4] - 0.5),
+            height=jetty.deck - 0.018 + 0.008 * (value[5] - 0.5),
+            half=(half, 0.018, 0.068 + 0.004 * (value[0] - 0.5)),
+            color=_WOOD * shade * warm,
+            offset=value[2],
+            turn=90.0 + 1.6 * (value[6] - 0.5),
+            roll=0.9 * (value[1] - 0.5),
         )
+        boards.append(_box(jetty, board))
     return Mesh.merge(boards)
 
 
 def _beams(jetty: Jetty) -> Mesh:
-    body, total = jetty.length - jetty.head_length, jetty.length
     low = jetty.deck - 0.036 - 0.07
     dark = _WOOD * 0.72
-    beams = [
-        _box(jetty, total / 2, side * (jetty.width / 2 - 0.16), low, (total / 2 - 0.03, 0.07, 0.04), 0.0, dark, 0.3)
-        for side in (-1, 1)
-    ]
-    middle = (body + total) / 2
-    beams += [
-        _box(jetty, middle, side * (jetty.head_width / 2 - 0.14), low,
-             (jetty.head_length / 2 - 0.03, 0.07, 0.04), 0.0, dark, 0.6)
-        for side in (-1, 1)
-    ]  # fmt: skip
+    middle, half = jetty.length / 2, jetty.length / 2 - 0.03
+    head, half_head = (jetty.body + jetty.length) / 2, jetty.head_length / 2 - 0.03
+    beams = []
+    for side in (-1, 1):
+        beams += [
+            Board(middle, side * (jetty.width / 2 - 0.16), low, (half, 0.07, 0.04), dark, 0.3),
+            Board(head, side * (jetty.head_width / 2 - 0.14), low, (half_head, 0.07, 0.04), dark, 0.6),
+        ]
     for place in _bays(jetty):
-        half = (jetty.head_width if place > body else jetty.width) / 2 + 0.02
-        beams.append(_box(jetty, place + 0.1, 0.0, low - 0.12, (half, 0.055, 0.035), 90.0, dark, 0.8))
-    return Mesh.merge(beams)
+        reach = (jetty.head_width if place > jetty.body else jetty.width) / 2 + 0.02
+        beams.append(Board(place + 0.1, 0.0, low - 0.12, (reach, 0.055, 0.035), dark, 0.8, turn=90.0))
+    return Mesh.merge([_box(jetty, beam) for beam in beams])
 
 
 def _bays(jetty: Jetty) -> list[float]:
-    body = jetty.length - jetty.head_length
-    inner = np.arange(0.5, body - 0.4, 2.05)
-    return [*inner.tolist(), body + 0.22, jetty.length - 0.2]
+    inner = np.arange(0.5, jetty.body - 0.4, 2.05)
+    return [*inner.tolist(), jetty.body + 0.22, jetty.length - 0.2]
 
 
 def _posts(jetty: Jetty, height_at: HeightAt) -> Mesh:
-    body = jetty.length - jetty.head_length
     posts = []
     for number, place in enumerate(_bays(jetty)):
         for side in (-1, 1):
             value = scattered(jetty.seed + 31 * number + side, 1, 6)[0]
-            half = (jetty.head_width if place > body else jetty.width) / 2 + 0.07
+            half = (jetty.head_width if place > jetty.body else jetty.width) / 2 + 0.07
             spot = jetty.places(np.array([place]), np.array([side * half]))
             ground = float(height_at(spot[:, 0], spot[:, 1])[0])
-            is_tall = place > body or value[0] > 0.55
+            is_tall = place > jetty.body or value[0] > 0.55
             top = jetty.deck + (0.30 + 0.42 * value[1] if is_tall else -0.03 + 0.06 * value[1])
             posts.append(_post(spot[0], ground - 0.3, top, 0.075 + 0.02 * value[2], value))
     return Mesh.merge(posts)
@@ -160,7 +182,10 @@ def _post(spot: Array, low: float, top: float, radius: float, value: Array) -> M
     wide = sides + 1
     at = np.arange(len(lift) - 1)[:, None] * wide + np.arange(sides)
     index = np.concatenate(
-        [np.stack([at, at + wide, at + 1], 2).reshape(-1, 3), np.stack([at + 1, at + wide, at + wide + 1], 2).reshape(-1, 3)],
+        [
+            np.stack([at, at + wide, at + 1], 2).reshape(-1, 3),
+            np.stack([at + 1, at + wide, at + wide + 1], 2).reshape(-1, 3),
+        ],
     )
     cap = position[-1, :-1]
     fan = np.stack([np.zeros(sides - 2, int), np.arange(2, sides), np.arange(1, sides - 1)], axis=1)
@@ -185,43 +210,32 @@ def _weathered(position: Array, base: Array) -> Array:
     return color + (_ALGAE - color) * (0.8 * under)[:, None]
 
 
-def _box(
-    jetty: Jetty,
-    along: float,
-    across: float,
-    height: float,
-    half: tuple[float, float, float],
-    turn: float,
-    color: Array,
-    offset: float,
-    roll: float = 0.0,
-) -> Mesh:
-    """A board: half extents along its grain, up and across; turned from the jetty's direction, degrees."""
-    corner = _CORNERS * np.array(half)
-    tilt = np.radians(roll)
-    corner = corner @ np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]]).T
-    yaw = np.radians(turn)
+def _box(jetty: Jetty, board: Board) -> Mesh:
+    """A board with its six sides; textured along its grain."""
+    corner = _CORNERS * np.array(board.half)
+    tilt, yaw = np.radians([board.roll, board.turn])
+    corner = corner @ np.array([[1, 0, 0], [0, np.cos(tilt), np.sin(tilt)], [0, -np.sin(tilt), np.cos(tilt)]])
     forward = jetty.along
     ahead = forward * np.cos(yaw) + np.array([-forward[1], forward[0]]) * np.sin(yaw)
     beside = np.array([-ahead[1], ahead[0]])
-    middle = jetty.places(np.array([along]), np.array([across]))[0]
+    middle = jetty.places(np.array([board.along]), np.array([board.across]))[0]
     flat = middle + corner[:, :1] * ahead + corner[:, 2:] * beside
-    position = np.stack([flat[:, 0], height + corner[:, 1], flat[:, 1]], axis=1)
+    position = np.stack([flat[:, 0], board.height + corner[:, 1], flat[:, 1]], axis=1)
     faces = position[_SIDES]
     normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 3] - faces[:, 0])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    local = (_CORNERS * np.array(half))[_SIDES]
+    local = (_CORNERS * np.array(board.half))[_SIDES]
     is_side = np.arange(6) // 2
     v = np.where((is_side == 1)[:, None], local[..., 2], local[..., 1])
     u = np.where((is_side == 0)[:, None], local[..., 2] * 0.2, local[..., 0])
-    number = np.arange(6)[:, None] * 4
-    index = np.concatenate([number + [0, 1, 2], number + [0, 2, 3]])
+    quad = np.array([[0, 1, 2], [0, 2, 3]])
+    index = (np.arange(6)[:, None, None] * 4 + quad).reshape(-1, 3)
     shade = np.where(is_side == 0, 0.7, 1.0) * np.where((is_side == 1) & (normal[:, 1] < 0), 0.45, 1.0)
-    tint = np.repeat(shade, 4)[:, None] * color
+    tint = np.repeat(shade, 4)[:, None] * board.color
     return Mesh.build(
         faces.reshape(-1, 3),
         index,
         normal=np.repeat(normal, 4, axis=0),
-        uv=np.stack([u + offset * 5.9, v + offset * TILE], axis=2).reshape(-1, 2),
+        uv=np.stack([u + board.offset * 5.9, v + board.offset * TILE], axis=2).reshape(-1, 2),
         color=tint,
     )

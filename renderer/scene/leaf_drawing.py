@@ -139,15 +139,16 @@ def willow(seed: int, texels: int) -> NDArray[np.float32]:
     """Hanging strands of narrow leaves; the cell is stretched to a tall card."""
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
-    strands = 14
+    strands = 17
     order = rng.permutation(strands)
     for rank, strand in enumerate(order):
         depth = rank / (strands - 1)
         x = 0.1 + 0.8 * (strand + rng.uniform(0.2, 0.8)) / strands
         bottom = rng.uniform(0.03, 0.4)
+        top = 0.97 - 0.9 * (x - 0.5) ** 2 - rng.uniform(0, 0.22) * (rank % 3 > 0)
         t = np.linspace(0, 1, 24)
         sway = 0.05 * np.sin(t * rng.uniform(2, 4) + rng.uniform(0, 6)) * t
-        path = np.stack([0.5 + (x - 0.5) * (0.6 + 0.4 * np.sqrt(t)) + sway, 0.97 - t * (0.97 - bottom)], axis=1)
+        path = np.stack([0.5 + (x - 0.5) * (0.6 + 0.4 * np.sqrt(t)) + sway, top - t * (top - bottom)], axis=1)
         canvas.line(path, (96, 88, 48), 0.004)
         for k, node in enumerate(path):
             for side in (-1, 1):

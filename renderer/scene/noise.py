@@ -56,7 +56,7 @@ def grid_noise(
     rows = np.zeros((len(deep), len(x)), np.float32)
     for tap in range(4):
         rows += lattice[:, cell_x - wide[0] + tap - 1] * weight_x[tap]
-    noise = rows[cell_z - deep[0] - 1]
+    noise: Floats = rows[cell_z - deep[0] - 1]
     noise *= weight_z[0][:, None]
     for tap in range(1, 4):
         part = rows[cell_z - deep[0] + tap - 1]
@@ -125,9 +125,9 @@ def point_fbm(
     return total
 
 
-def smoothstep(low: float, high: float, value: NDArray[np.floating]) -> NDArray[np.floating]:
+def smoothstep(low: float, high: float, value: Floats) -> Floats:
     """0 below ``low``, 1 above ``high``, a cubic between; ``low`` may be the greater."""
-    ramp = np.clip((value - low) * value.dtype.type(1 / (high - low)), 0, 1)
+    ramp: Floats = np.clip((value - np.float32(low)) * np.float32(1 / (high - low)), 0, 1)
     return ramp * ramp * (3 - 2 * ramp)
 
 

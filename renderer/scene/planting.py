@@ -15,11 +15,11 @@ import numpy as np
 
 from renderer.scene import leaves, lilies, plants, scatter, trees
 from renderer.scene.blades import Array
-from renderer.scene.crowns import Kind
 from renderer.scene.material import Material
 from renderer.scene.mesh import Mesh
 from renderer.scene.scatter import Field
 from renderer.scene.scene import SceneObject
+from renderer.scene.species import Kind
 
 REED_BEDS = (
     (-10.0, -9.8, 2.4, 110), (-16.0, -3.6, 2.0, 90), (-14.6, 5.6, 2.0, 70), (7.0, -10.3, 2.0, 70), (14.6, -3.6, 1.8, 60),

@@ -12,7 +12,8 @@ from numpy.random import PCG64, Generator
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from renderer.scene.crowns import Crown, Kind, grow
+from renderer.scene.crowns import Crown, grow
+from renderer.scene.species import Kind
 
 FILL = 0.95
 """Height of the tallest tree over the cell's side."""

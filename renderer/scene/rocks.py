@@ -40,6 +40,20 @@ class Stone:
     """Height of its top over the water, metres, in place of ``sink``."""
 
 
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What the vertices of some stones know of the world."""
+
+    owner: NDArray[np.int64]
+    """Which stone each vertex belongs to."""
+    size: Array
+    """Half the length of each stone, metres."""
+    above: Array
+    """Height of each vertex over the water, metres."""
+    clear: Array
+    """Height of each vertex over the ground, metres."""
+
+
 def stones(placed: Sequence[Stone], seed: int, level: int, height_at: HeightAt, water_level: float = 0.0) -> Mesh:
     """The stones as one mesh; ``level`` 0, 1, 2 or 3 has 20, 80, 320 or 1280 triangles each."""
     if not placed:
@@ -60,7 +74,9 @@ def stones(placed: Sequence[Stone], seed: int, level: int, height_at: HeightAt, 
     index = (np.arange(count)[:, None, None] * corners + faces).reshape(-1, 3)
     normal = smooth_normals(position, index).astype(np.float64)
     owner = np.repeat(np.arange(count), corners)
-    color = _color(position, normal, owner, size.max(axis=1), seed, height_at, water_level)
+    clear = position[:, 1] - height_at(position[:, 0], position[:, 2])
+    above = position[:, 1] - water_level
+    color = _color(position, normal, Setting(owner, size.max(axis=1), above, clear), seed)
     return _unfolded(position, normal, color, index)
 
 
@@ -101,27 +117,19 @@ def _worn(direction: Array, count: int, seed: int, edge: int) -> Array:
     radius = (1 + (reach**edge).sum(axis=2)) ** (-1 / edge)
     apart = (direction[None] + 17.0 * np.arange(count)[:, None, None]).reshape(-1, 3)
     lumps = 0.12 * point_noise(apart, 0.9, seed + 1) + 0.07 * point_fbm(apart, 0.4, seed + 2, octaves=3)
-    worn = direction[None] * (radius * (1 + lumps.reshape(count, -1)))[..., None]
+    worn: Array = direction[None] * (radius * (1 + lumps.reshape(count, -1)))[..., None]
     return worn / np.abs(worn).max(axis=1, keepdims=True)
 
 
-def _color(
-    position: Array,
-    normal: Array,
-    owner: NDArray[np.int64],
-    sizes: Array,
-    seed: int,
-    height_at: HeightAt,
-    water_level: float,
-) -> Array:
-    pick = scattered(seed + 3, len(sizes), 3)[owner]
-    size = sizes[owner]
+def _color(position: Array, normal: Array, setting: Setting, seed: int) -> Array:
+    owner, above = setting.owner, setting.above
+    pick = scattered(seed + 3, len(setting.size), 3)[owner]
+    size = setting.size[owner]
     base = _STONE[(pick[:, 0] * len(_STONE)).astype(np.int64)] * (0.8 + 0.4 * pick[:, 1:2])
     blotch = point_fbm(position / (0.5 * size + 0.1)[:, None], 1.0, seed + 4, octaves=3)
     color = base * (1 + 0.22 * blotch)[:, None]
     lichen = np.clip((point_noise(position, 0.22, seed + 5) - 0.35) * 4, 0, 1) * (normal[:, 1] > -0.2)
     color = color + (_LICHEN - color) * (0.45 * lichen)[:, None]
-    above = position[:, 1] - water_level
     is_dry = np.clip((above - 0.12) / 0.18, 0, 1)
     moss = np.clip((normal[:, 1] - 0.45 + 0.45 * point_fbm(position, 0.6, seed + 6, octaves=3)) * 2.6, 0, 1)
     moss *= is_dry * np.minimum(1.0, 1.6 * size) * (0.35 + 0.65 * (pick[:, 2] > 0.3))
@@ -131,8 +139,7 @@ def _color(
     edge = above + 0.05 * point_noise(position, 0.3, seed + 8)
     wet = np.clip(1 - edge / 0.11, 0, 1) * (1 - 0.45 * under)
     color *= (1 - 0.48 * wet)[:, None]
-    clear = position[:, 1] - height_at(position[:, 0], position[:, 2])
-    return color * (0.5 + 0.5 * np.clip(clear / (0.4 * size), 0, 1))[:, None]
+    return color * (0.5 + 0.5 * np.clip(setting.clear / (0.4 * size), 0, 1))[:, None]
 
 
 def _unfolded(position: Array, normal: Array, color: Array, faces: NDArray[np.int64]) -> Mesh:

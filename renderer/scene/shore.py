@@ -82,8 +82,8 @@ def outline_distance(x: NDArray[np.floating], z: NDArray[np.floating]) -> Floats
         crosses = (point[:, 1] < start[1]) != (point[:, 1] < end[1])
         side = along[0] * offset[:, 1] - along[1] * offset[:, 0]
         is_inside ^= crosses & ((side < 0) == (along[1] > 0))
-    signed = np.where(is_inside, -1, 1) * np.sqrt(nearest)
-    return signed.reshape(x.shape).astype(np.float32)
+    signed: Floats = (np.where(is_inside, -1, 1) * np.sqrt(nearest)).astype(np.float32)
+    return signed.reshape(x.shape)
 
 
 def outline_curve(steps: int) -> NDArray[np.float64]:
@@ -92,7 +92,7 @@ def outline_curve(steps: int) -> NDArray[np.float64]:
     before, after, beyond = (np.roll(control, shift, axis=0) for shift in (1, -1, -2))
     share = (np.arange(steps) / steps)[None, :, None]
     before, here, after, beyond = (part[:, None, :] for part in (before, control, after, beyond))
-    curve = 0.5 * (
+    curve: NDArray[np.float64] = 0.5 * (
         2 * here
         + (after - before) * share
         + (2 * before - 5 * here + 4 * after - beyond) * share**2

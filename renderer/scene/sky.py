@@ -20,7 +20,7 @@ from renderer.units import Color, Number, Unit, Vec3, Whole
 
 Floats = NDArray[np.float64]
 
-TABLE_SIZE = 1024
+TABLE_SIZE = 960
 """Side of the table of the finished sky, texels."""
 SCATTERING_SIZE = (128, 128)
 """Columns, and rows of each of the three blocks, of the table of scattered light."""
@@ -43,21 +43,41 @@ CLOUD_GAIN = 1.3
 """Clouds and glare are drawn so much brighter: a sunlit cloud is then a bit brighter than sunlit white paper."""
 ADAPTATION = 0.55
 """Share of the sky's darkening (in stops) that an eye makes good as the sun sinks."""
-LOW_TINT = (1.15, 0.90, 1.00)
+LOW_TINT = (1.15, 0.88, 0.98)
 """White balance of a low sun: without it the air between orange and blue is green, which no one remembers."""
 LOW_ELEVATION = 18.0
 """Elevation under which that white balance sets in, degrees."""
 DISC = 60.0
 """Radiance of the sun's disc for a sun of strength 1: some thousandth of the truth, so that half floats hold its sum."""
+STRONGEST = 300.0
+"""Strength of the sun past which the sky grows no brighter: half floats end at 65504."""
 GROUND = (0.16, 0.165, 0.13)
 """Albedo of the country beyond the scene: grass and soil."""
-NIGHT = (0.006, 0.009, 0.016)
+NIGHT = (0.010, 0.015, 0.027)
 """Radiance that is left in the zenith when the sun is far down."""
 
 _ELEVATIONS = np.array([-6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0, 3.0, 6.0, 10.0, 20.0, 38.0, 60.0, 90.0])
-_MEAN_SKY = np.ones((14, 3))
+_MEAN_SKY = np.array(
+    [
+        [9.92e-05, 0.000144, 0.000235],
+        [0.000323, 0.00045, 0.000708],
+        [0.000992, 0.00129, 0.00193],
+        [0.0027, 0.00333, 0.00458],
+        [0.00595, 0.00726, 0.00936],
+        [0.0107, 0.0132, 0.0167],
+        [0.0163, 0.0208, 0.0268],
+        [0.0382, 0.0511, 0.0686],
+        [0.0601, 0.0843, 0.117],
+        [0.0831, 0.12, 0.177],
+        [0.122, 0.18, 0.286],
+        [0.164, 0.244, 0.406],
+        [0.192, 0.288, 0.489],
+        [0.206, 0.309, 0.53],
+    ],
+)
 """Mean radiance of the clear default sky, weighted by the cosine, over ``_ELEVATIONS``, without adaptation and tint."""
-_FULL_SKY = 1.0
+_FULL_SKY = 0.282
+"""Luminance of that sky under a sun 60 degrees high, to which an eye is adapted."""
 
 
 class ConstantSky(Block):
@@ -93,15 +113,15 @@ class SkyLight(Block):
 
     sun_direction: Vec3 = (0.0, 1.0, 0.0)
     """Unit vector towards the sun."""
-    airlight: Color = (0.0, 0.0, 0.0)
+    airlight: Vec3 = (0.0, 0.0, 0.0)
     """Irradiance of the sunlight that the air scatters."""
-    sunlight: Color = (0.0, 0.0, 0.0)
+    sunlight: Vec3 = (0.0, 0.0, 0.0)
     """Irradiance of the sunlight that clouds and haze scatter."""
-    sun_disc: Color = (0.0, 0.0, 0.0)
+    sun_disc: Vec3 = (0.0, 0.0, 0.0)
     """Radiance of the middle of the sun's disc."""
-    dome: Color = (0.0, 0.0, 0.0)
+    dome: Vec3 = (0.0, 0.0, 0.0)
     """Radiance of the zenith that does not come from the sun."""
-    ground: Color = (0.0, 0.0, 0.0)
+    ground: Vec3 = (0.0, 0.0, 0.0)
     """Radiance of the country far below the horizon."""
     seed: Whole = 0
     """Seed of the clouds, 0 to 2^31 - 1."""
@@ -118,9 +138,9 @@ def sky_light(
     """The light of a sky under the request's sun.
 
     ``sun_direction`` is the unit vector towards the sun, None for none; ``sun_radiance`` its colour times intensity;
-    ``ambient`` the scene's own, which is all that a sky without sun has: its irradiance over pi is then just that.
+    ``ambient`` the scene's own, which is all that a sky without sun has: where it is clear its irradiance over pi is just that.
     """
-    strength = float(np.max(sun_radiance))
+    strength = min(float(np.max(sun_radiance)), STRONGEST)
     if sun_direction is None or strength <= 0.0:
         dome = np.asarray(ambient, np.float64) * 9.0 / 7.0
         return SkyLight(dome=_color(dome), ground=_color(np.multiply(GROUND, ambient)), seed=seed)
@@ -129,7 +149,8 @@ def sky_light(
     light = strength * adaptation(elevation) * _tint(elevation)
     direct = sunlight(elevation, sky.turbidity)
     night = strength * _smooth((2.0 - elevation) / 10.0)
-    ground = np.array(GROUND) * (strength * max(towards[1], 0.0) * direct + light * mean_sky(elevation))
+    around = (1.0 + 2.0 * _low(elevation)) * np.array(ambient_color(elevation))
+    ground = np.array(GROUND) * strength * (max(towards[1], 0.0) * direct + around)
     return SkyLight(
         sun_direction=_color(towards),
         airlight=_color(np.pi * AIR_GAIN * light),
@@ -148,7 +169,7 @@ def mean_sky(elevation: float) -> Floats:
 
 
 def adaptation(elevation: float) -> float:
-    """How much an eye, or a camera, opens as the sun sinks: 1 under a sun in the zenith."""
+    """How much an eye, or a camera, opens as the sun sinks: 1 under a sun 60 degrees high."""
     luminance = mean_sky(elevation) @ (0.2126, 0.7152, 0.0722)
     return float((luminance / _FULL_SKY) ** -ADAPTATION)
 
@@ -169,7 +190,11 @@ def ambient_color(elevation: float) -> tuple[float, float, float]:
 
 
 def _tint(elevation: float) -> Floats:
-    return 1.0 + _smooth((LOW_ELEVATION - elevation) / LOW_ELEVATION) * (np.array(LOW_TINT) - 1.0)
+    return 1.0 + _low(elevation) * (np.array(LOW_TINT) - 1.0)
+
+
+def _low(elevation: float) -> float:
+    return _smooth((LOW_ELEVATION - elevation) / LOW_ELEVATION)
 
 
 def _smooth(x: float) -> float:

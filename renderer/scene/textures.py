@@ -125,8 +125,8 @@ def _blades(size: int, seed: int, count: int = 16000) -> Floats:
     order = np.argsort(rise.ravel(), kind="stable")
     image = np.full(size * size, 0.22, np.float32)
     image[place.ravel()[order]] = tone.ravel()[order]
-    image = image.reshape(size, size)
-    return (image * 2 + np.roll(image, 1, 0) + np.roll(image, 1, 1)) / 4
+    square: Floats = image.reshape(size, size)
+    return (square * 2 + np.roll(square, 1, 0) + np.roll(square, 1, 1)) / np.float32(4)
 
 
 def _packed(height: Floats, strength: float, shade: Floats, second: Floats | None = None) -> Bytes:
@@ -134,9 +134,13 @@ def _packed(height: Floats, strength: float, shade: Floats, second: Floats | Non
     slope_x = (np.roll(height, 1, axis=1) - np.roll(height, -1, axis=1)) / 2
     slope_z = (np.roll(height, 1, axis=0) - np.roll(height, -1, axis=0)) / 2
     steep = np.sqrt(1 + slope_x**2 + slope_z**2) / strength
-    channels = [0.5 + 0.5 * slope_x / steep, 0.5 + 0.5 * slope_z / steep, _levelled(shade)]
-    channels.append(np.full_like(height, 0.5) if second is None else _levelled(second))
-    return (np.stack(channels, axis=2) * 255 + 0.5).clip(0, 255).astype(np.uint8)
+    image = np.full((*height.shape, 4), 0.5, np.float32)
+    image[..., 0] += 0.5 * slope_x / steep
+    image[..., 1] += 0.5 * slope_z / steep
+    image[..., 2] = _levelled(shade)
+    if second is not None:
+        image[..., 3] = _levelled(second)
+    return (image * 255 + 0.5).clip(0, 255).astype(np.uint8)
 
 
 def _levelled(shade: Floats) -> Floats:
@@ -149,9 +153,9 @@ def _levelled(shade: Floats) -> Floats:
     part = (texel - low).astype(np.float32)
     rows = coarse[low % 8] * (1 - part)[:, None] + coarse[(low + 1) % 8] * part[:, None]
     smooth = rows[:, low % 8] * (1 - part) + rows[:, (low + 1) % 8] * part
-    level = shade - smooth
-    return (level - level.mean() + 0.5).astype(np.float32)
+    level: Floats = shade - smooth
+    return level + np.float32(0.5 - level.mean())
 
 
 def _texels(size: int) -> NDArray[np.float64]:
-    return np.arange(size) + 0.5
+    return np.arange(size, dtype=np.float64) + 0.5

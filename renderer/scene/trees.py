@@ -22,9 +22,10 @@ from numpy.random import PCG64, Generator
 from numpy.typing import NDArray
 
 from renderer.scene import leaves
-from renderer.scene.crowns import Array, Crown, Detail, Kind, grow
+from renderer.scene.crowns import Array, Crown, Detail, grow
 from renderer.scene.mesh import Mesh
 from renderer.scene.portraits import FILL, STRETCH
+from renderer.scene.species import Kind
 
 FURROWED, BIRCH_BARK = (0.03, 0.47), (0.53, 0.97)
 """The two halves of the bark texture in u."""
@@ -144,7 +145,7 @@ def cards(crown: Crown) -> Mesh:
     across = local[..., :1] * side
     along = local[..., 1:] * side * species.tall
     facing = crown.facing[order][:, None]
-    bow = 0.55 * (across**2 + along**2) / side
+    bow = 0.55 * (across**2 + (0 if species.hanging else along**2)) / side
     offset = across * right[:, None] + along * up[:, None] - bow * facing
     position = crown.centre[order][:, None] + offset
     normal = crown.normal[order][:, None] + 0.55 * offset / side

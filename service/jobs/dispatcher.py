@@ -116,13 +116,14 @@ class Dispatcher:
         while not self._is_closed:
             self._collect()
             want = 0 if monotonic() < self._hold_until else self._cache.engine.capacity + 1 - len(self._out)
-            is_due = monotonic() > self._renew_at and bool(self._out)
-            if not (self._reports or want > 0 or is_due):
+            if not (self._reports or self._out or want > 0):
                 return
             reported = tuple(self._reports)
-            got = self._leases.exchange(reported, want, list(self._out))
+            is_due = monotonic() > self._renew_at
+            got = self._leases.exchange(reported, want, list(self._out), renews=is_due)
             del self._reports[: len(reported)]
-            self._renew_at = monotonic() + LEASE_SECONDS / 3
+            if is_due:
+                self._renew_at = monotonic() + LEASE_SECONDS / 3
             for job_id in got.ended:
                 self._on_ended(job_id)
             for out in [out for out in self._out.values() if out.lease.job_id in got.unwanted]:

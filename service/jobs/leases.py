@@ -47,15 +47,19 @@ class Leases:
         self._owner = owner
         self._seconds = seconds
 
-    def exchange(self, reports: Sequence[Report], want: int, held: Collection[Lease] = ()) -> Exchange:
-        """Hand in reports, renew the leases held, claim up to ``want`` frames: one transaction.
+    def exchange(
+        self, reports: Sequence[Report], want: int, held: Collection[Lease] = (), *, renews: bool = False
+    ) -> Exchange:
+        """Hand in reports, claim up to ``want`` frames, ask about the leases held: one transaction.
 
         Reports without a lease are recorded in the log and change nothing. Frames come from the jobs of highest
-        priority, the oldest first. The caller names in ``held`` only what it knows to be under way.
+        priority, the oldest first. The caller names in ``held`` only what it knows to be under way; ``renews``
+        has these leases hold longer.
         """
         with self._store.writing() as connection:
             ended = _apply(connection, reports)
-            self._renew(connection, held)
+            if renews:
+                self._renew(connection, held)
             claimed = self._claim(connection, want) if want > 0 else ()
             return Exchange(claimed, _unwanted(connection, held), ended)
 
@@ -133,9 +137,7 @@ def _apply(connection: Connection, reports: Sequence[Report]) -> frozenset[str]:
         back = update(FRAMES).where(_HELD).values(state=FrameState.PENDING)
         applied += connection.execute(back, released).rowcount
     if applied != len(reports):
-        log.warning(
-            "%d of %d reports came without their lease and changed nothing", len(reports) - applied, len(reports)
-        )
+        log.info("%d of %d reports came without their lease and changed nothing", len(reports) - applied, len(reports))
     jobs = {report.lease.job_id for report in reports}
     return frozenset(job_id for job_id in jobs if settle(connection, job_id))
 

@@ -52,7 +52,7 @@ float cumulus_density(vec3 at, float column, float octaves, uint seed)
     // Where the dome alone decides, billows are skipped: a loop of no rounds, because both sides of a branch would run.
     bool is_decided = column <= 0.0 || dome < -0.6 * amplitude || dome > 0.25 + 0.45 * amplitude;
     float billow = billows(vec3(at.x, at.y * CUMULUS_THICKNESS, at.z), is_decided ? 0.0 : octaves, seed);
-    return column <= 0.0 ? 0.0 : clamp(4.0 * (dome + amplitude * billow), 0.0, 1.0) * smoothstep(0.0, 0.07, at.y);
+    return column <= 0.0 ? 0.0 : clamp(3.0 * (dome + amplitude * billow), 0.0, 1.0) * smoothstep(0.0, 0.07, at.y);
 }
 
 // Optical depth of cumulus between a point and the sun, in four steps that grow. at: as in cumulus_density; sun: unit, and
@@ -108,14 +108,21 @@ Cumulus cumulus_along(vec3 d, vec3 sun, float eye, float coverage, float jitter,
     Cumulus met = Cumulus(0.0, 0.0, 0.0, 0.0, 0.0);
     while (t < end && through > 0.02)
     {
-        // The clear stretch, by strides that cannot jump over a cloud: an inner loop, because a branch saves nothing.
         float dt = NEAR_STEP + STEP_GROWTH * t;
         float column = cumulus_column(d.xz * t, coverage, 3.0, seed);
+        float before = column;
+        float stride = 0.0;
+        // The clear stretch, by strides that hardly ever jump over a cloud: an inner loop, because a branch saves nothing.
         while (column <= 0.0 && t < end)
         {
-            t += max(dt, -COLUMN_STRIDE * column);
+            before = column;
+            stride = max(dt, -COLUMN_STRIDE * column);
+            t += stride;
             column = cumulus_column(d.xz * t, coverage, 3.0, seed);
         }
+        // Back to the rim, then on by the jitter: strides of like lengths would draw terraces.
+        float inside = stride > 0.0 ? min(stride * column / max(column - before, 1e-4), stride) : 0.0;
+        t -= stride > 0.0 ? max(inside - jitter * dt, 0.0) : 0.0;
         vec3 at = vec3(d.x * t, (height_along(eye, d.y, t) - CUMULUS_BASE) / CUMULUS_THICKNESS, d.z * t);
         float density = cumulus_density(at, column, clamp(log2(0.5 / (t * TEXEL)), 1.0, 5.0), seed);
         float depth = cumulus_shade(at, sun, coverage, seed, density > 0.0);
@@ -126,7 +133,7 @@ Cumulus cumulus_along(vec3 d, vec3 sun, float eye, float coverage, float jitter,
         met.deep += share * shallow;
         met.distance += share * t;
         through -= share;
-        t += dt;
+        t += density > 0.0 ? dt : 0.6 * dt;
     }
     met.cover = 1.0 - through;
     float fade = 1.0 - smoothstep(0.5 * CUMULUS_REACH, CUMULUS_REACH, met.distance / max(met.cover, 1e-4));

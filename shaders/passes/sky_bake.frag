@@ -11,7 +11,7 @@ uniform sampler2D scattering_map;
 
 layout(location = 0) out vec4 sky;
 
-const float DECK_GLOW = 0.05;  // per steradian: what a closed deck lets through of the sun
+const float DECK_GLOW = 0.065;  // per steradian: what a closed deck lets through of the sun
 
 // What reaches a cloud, for sunlight of 1 outside the air, and what of it reaches the eye.
 struct CloudLight
@@ -59,8 +59,10 @@ void main()
     vec4 haze = aerosol_phase(cosine) * scattered(d, 1);
     vec4 beyond = optical_depth(SKY_EYE_HEIGHT, d.y, analytic_sky.turbidity);
 
-    // Steps that all began alike would show as terraces; a texel's own start turns them into down.
-    float jitter = unit_float(hash_cell(ivec2(gl_FragCoord.xy), seed));
+    float deck = smoothstep(0.5, 1.0, coverage);
+    // Steps that all began alike would show as terraces; a texel's own start turns them into down. Near ones are too short to.
+    float near = clamp(distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE) / 8.0, 0.0, 1.0);
+    float jitter = (0.6 - 0.3 * deck) * near * unit_float(hash_cell(ivec2(gl_FragCoord.xy), seed));
     Cumulus cumulus = cumulus_along(d, sun, SKY_EYE_HEIGHT, coverage, jitter, seed);
     CloudLight low = cloud_light(d, cumulus.distance, beyond);
     float reach = distance_to_height(SKY_EYE_HEIGHT, d.y, CIRRUS_HEIGHT);
@@ -69,18 +71,18 @@ void main()
     float veil = 1.0 - exp(-ice);
 
     // Where clouds close to a deck, its underside and the air below are lit by what the deck lets through, nearly grey.
-    float deck = smoothstep(0.5, 1.0, coverage);
     float is_far = smoothstep(0.2 * CUMULUS_REACH, CUMULUS_REACH, distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE));
     float gap = (1.0 - cumulus.cover) * (1.0 - deck * is_far);
-    vec3 grey = mix(vec3(dot(low.sun, LUMINANCE)), low.sun, 0.4) * (0.2 + 0.8 * max(sun.y, 0.0));
-    vec3 deck_light = sky_light.sunlight * DECK_GLOW * grey + sky_light.airlight * 0.3 * low.around;
+    vec3 deck_light = sky_light.sunlight * low.sun * DECK_GLOW * (0.2 + 0.8 * max(sun.y, 0.0))
+        + sky_light.airlight * 0.3 * low.around;
+    deck_light = mix(vec3(dot(deck_light, LUMINANCE)), deck_light, 0.35);
 
-    vec3 cumulus_light = sky_light.sunlight * low.sun * cumulus.lit * (1.0 - 0.6 * deck)
-        + sky_light.airlight * low.around * cumulus.open + deck * deck_light * cumulus.deep;
+    vec3 cumulus_light = sky_light.sunlight * low.sun * cumulus.lit * (1.0 - 0.8 * deck)
+        + sky_light.airlight * low.around * cumulus.open * (1.0 - 0.6 * deck) + deck * deck_light * cumulus.deep;
     vec3 cirrus_light = veil * (0.75 * sky_light.sunlight * high.sun * (henyey_greenstein(cosine, 0.75) + diffuse_phase(cosine))
         + 0.6 * sky_light.airlight * high.around);
     vec4 clear = low.front * (1.0 - deck) + (1.0 - low.front) * gap * (1.0 - veil + veil * high.front);
-    vec3 dome = sky_light.dome * overcast_shape(d.y) * (1.0 - cumulus.cover + cumulus.open);
+    vec3 dome = sky_light.dome * overcast_shape(d.y) * (1.0 - 0.5 * (cumulus.cover - cumulus.open) * low.through);
 
     vec3 light = sky_light.airlight * color_from_spectrum(air * clear) + sky_light.sunlight * color_from_spectrum(haze * clear)
         + deck * color_from_spectrum(low.front) * deck_light + low.through * cumulus_light + gap * high.through * cirrus_light + dome;

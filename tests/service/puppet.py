@@ -62,6 +62,9 @@ class Puppet:
     def close(self, grace: float = 5.0) -> None:
         """Nothing to end."""
 
+    def is_over(self, number: int) -> bool:
+        return self._futures[number].done()
+
     def finish(self, number: int = -1, data: bytes | None = None) -> FrameReport:
         """Draw a frame that was submitted."""
         task = self.submitted[number][0]

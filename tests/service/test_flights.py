@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -24,7 +25,7 @@ def flights(puppet: Puppet) -> Flights:
     return Flights(puppet, CostModel(), Deadlines(), 10.0, lambda *_: None)
 
 
-def _join(flights: Flights, moment: float = 0.0, lane: Lane = Lane.INTERACTIVE, **fields: object) -> Ticket:
+def _join(flights: Flights, moment: float = 0.0, lane: Lane = Lane.INTERACTIVE, **fields: Any) -> Ticket:
     request = frame(moment, **fields)
     return flights.join(request, request.key(), lane)
 
@@ -188,7 +189,7 @@ def test_an_engine_that_refuses_leaves_no_trace(flights: Flights, puppet: Puppet
 
 
 def test_more_predicted_work_than_may_wait_is_refused_at_once(flights: Flights, puppet: Puppet) -> None:
-    big = {"width": 2048, "height": 2048}  # 2.9 s each, as long as nothing was measured
+    big: dict[str, Any] = {"width": 2048, "height": 2048}  # 2.9 s each, as long as nothing was measured
     for moment in range(3):
         _join(flights, float(moment), **big)
     with pytest.raises(QueueFull) as full:

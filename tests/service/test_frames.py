@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def cache(tmp_path: Path) -> Iterator[FrameCache]:
         yield ready
 
 
-async def _until(holds: object, seconds: float = 20.0) -> None:
+async def _until(holds: Callable[[], object], seconds: float = 20.0) -> None:
     await asyncio.to_thread(eventually, holds, seconds)
 
 

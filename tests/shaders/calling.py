@@ -75,7 +75,7 @@ def _run(device: Device, program: moderngl.Program, arrays: Mapping[str, NDArray
     used = [name for name in arrays if name in program]  # what the expression doesn't need, the compiler drops
     count = len(next(iter(arrays.values())))
     with ExitStack() as owned:
-        _target(device).begin()  # without one Mesa feeds nothing back
+        feedback_target(device).begin()
         content = []
         for name in used:
             buffer = context.buffer(arrays[name].tobytes())
@@ -91,7 +91,8 @@ def _run(device: Device, program: moderngl.Program, arrays: Mapping[str, NDArray
 
 
 @cache
-def _target(device: Device) -> Target:
+def feedback_target(device: Device) -> Target:
+    """What is bound while feedback runs: without a framebuffer Mesa feeds nothing back."""
     return Target(device, (1, 1), has_depth=False)
 
 
