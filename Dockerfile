@@ -50,6 +50,7 @@ WORKDIR /data
 VOLUME /data
 EXPOSE 8000
 STOPSIGNAL SIGTERM
+# The first start bakes the scene into /data/cache, which can take a minute on a small machine; later ones find it there.
 HEALTHCHECK --interval=10s --timeout=5s --start-period=180s --retries=3 \
   CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/readyz', timeout=4)"]
 # A real init: it reaps workers and hands SIGTERM on.

@@ -168,8 +168,7 @@ class Worker:
         self._renderer.close()
 
     def _draw_canary(self) -> WorkerFacts:
-        request = FrameRequest.parse({"width": CANARY_SIDE, "height": CANARY_SIDE})
-        pixels = self._renderer.render(request).color
+        pixels = self._renderer.render(canary_request()).color
         return WorkerFacts(
             pid=os.getpid(),
             driver=self._renderer.driver,
@@ -180,6 +179,11 @@ class Worker:
             rss=_resident(),
             live_objects=self._renderer.live_objects(),
         )
+
+
+def canary_request() -> FrameRequest:
+    """The frame by which a worker shows that it can draw."""
+    return FrameRequest.parse({"width": CANARY_SIDE, "height": CANARY_SIDE})
 
 
 # ------------------------------------------------------------------------------------------- what the process runs

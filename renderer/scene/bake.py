@@ -32,7 +32,7 @@ VERSIONS_KEPT = 3
 """Bakes of one scene that stay on disk: those of a few checkouts side by side."""
 
 _VERTEX_PARTS = {"position": np.float32, "normal": np.float32, "uv": np.float32, "color": np.float16}
-_DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
+_DAMAGE = (OSError, ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile)
 
 
 def cache_directory() -> Path:
@@ -152,10 +152,8 @@ def unpacked(arrays: Arrays) -> Scene:
 
 def _read(path: Path) -> Scene | None:
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return unpacked({name: file[name] for name in file.files})
-    except FileNotFoundError:
-        return None
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as members:
+            return unpacked({name: members[name] for name in members.files})
     except _DAMAGE:
         return None
 

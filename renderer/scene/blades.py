@@ -7,7 +7,7 @@ test, costs few pixels and gets its edges from multisampling. All arrays have on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,9 @@ from renderer.scene.mesh import Mesh
 from renderer.scene.plant_drawing import strip
 
 Array = NDArray[np.float64]
+
+STEPS = 12
+"""Pieces in which a blade's bend is summed up where something hangs on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +40,27 @@ class Blades:
     twist: Array | float = 0.0
     """Turns the flat side about the vertical away from the bend."""
 
+    def wide(self, width: float) -> Blades:
+        """The blades with their widths times ``width``."""
+        return replace(self, width=self.width * width)
 
-def ribbons(  # noqa: PLR0913 - what blades of one kind share
+    def along(self, share: Array, chosen: NDArray[np.integer] | None = None) -> Array:
+        """Points (n, k, 3) at ``share`` (n, k) of the lengths of all, or of the chosen, blades."""
+        pick = slice(None) if chosen is None else chosen
+        azimuth, tilt, length = self.azimuth[pick], self.tilt[pick], self.length[pick]
+        u = (np.arange(STEPS) + 0.5) / STEPS
+        angle = tilt[:, :1] + (tilt[:, 1:] - tilt[:, :1]) * u
+        start = np.zeros((len(length), 1))
+        out, up = (np.concatenate([start, np.cumsum(part(angle), axis=1) / STEPS], axis=1) for part in (np.sin, np.cos))
+        place = np.clip(share, 0, 1) * STEPS
+        low = np.minimum(place.astype(np.int64), STEPS - 1)
+        row = np.arange(len(length))[:, None]
+        away, high = (part[row, low] + (part[row, low + 1] - part[row, low]) * (place - low) for part in (out, up))
+        local = np.stack([away * np.cos(azimuth)[:, None], high, away * np.sin(azimuth)[:, None]], axis=-1)
+        return np.asarray(self.root[pick][:, None] + local * length[:, None, None])
+
+
+def ribbons(
     blades: Blades,
     *,
     paint: str,
@@ -83,9 +105,7 @@ def ribbons(  # noqa: PLR0913 - what blades of one kind share
     return _joined(local + blades.root[:, None], normal, uv, color, triangles)
 
 
-def spindles(  # noqa: PLR0913
-    root: Array, axis: Array, radius: Array, tint: Array, *, paint: str, sway: Array, sides: int = 5
-) -> Mesh:
+def spindles(root: Array, axis: Array, radius: Array, tint: Array, *, paint: str, sway: Array, sides: int = 5) -> Mesh:
     """Closed spikes from ``root`` (n, 3) along ``axis`` (n, 3) metres, rounded at both ends."""
     count = len(root)
     turn = np.arange(sides) * 2 * np.pi / sides
@@ -115,6 +135,14 @@ def spindles(  # noqa: PLR0913
     return _joined(position, normal, uv, np.concatenate([rgb, weight], axis=2), triangles)
 
 
+def swaying(mesh: Mesh, places: Array, weight: float) -> Mesh:
+    """Let what hangs on a stem move with it: the weight follows the height over the plants' mean ground."""
+    ground = float(np.mean(places[:, 1])) if len(places) else 0.0
+    color = mesh.color.copy()
+    color[:, 3] = np.clip(weight * np.maximum(mesh.position[:, 1] - ground, 0) ** 2, 0, 1)
+    return Mesh.build(mesh.position, mesh.index, normal=mesh.normal, uv=mesh.uv, color=color)
+
+
 def _soft_normals(ahead: Array, flat: Array, lift: float) -> Array:
     """Normals of the ribbons' flat side, rounded across and turned upwards: (n, nodes * 2 + 1, 3)."""
     face = np.cross(flat, ahead)
@@ -122,7 +150,7 @@ def _soft_normals(ahead: Array, flat: Array, lift: float) -> Array:
     face = np.concatenate([face, face[:, -1:]], axis=1)
     sides = np.stack([face[:, :-1] - 0.4 * flat, face[:, :-1] + 0.4 * flat], axis=2)
     normal = np.concatenate([sides.reshape(len(face), 2 * ahead.shape[1], 3), face[:, -1:]], axis=1)
-    normal = normal + [0.0, lift, 0.0]
+    normal[..., 1] += lift
     return np.asarray(normal / np.linalg.norm(normal, axis=2, keepdims=True))
 
 

@@ -29,8 +29,10 @@ FILL = 0.8
 PEEPING = {"full": 0.25, "map": 0.35}
 """A cluster of which less than this shows is left out, but for ``STRAYS`` of them."""
 STRAYS = 0.12
-SHARE = {"full": (1.0, 1.0), "map": (0.38, 1.4)}
-"""Share of the clusters that a detail has, and the factor on their size that makes up for it."""
+SHARE = {"full": (1.0, 1.0), "map": (0.4, 1.4)}
+FINE_SHARE = {"full": (1.0, 1.0), "map": (0.6, 1.15)}
+"""Share of the clusters that a detail has, and the factor on their size that makes up for it: where the
+clusters are leaves in all directions, and where their outlines are read one by one."""
 TIERS = 13
 """Whorls of boughs of a spruce."""
 
@@ -62,7 +64,7 @@ def grow(kind: Kind, seed: int, *, height: float | None = None, detail: Detail =
     tall = species.height * rng.uniform(0.86, 1.14) if height is None else height
     lean = rng.normal(0, species.lean, 2) * tall
     card_rng = Generator(PCG64([seed, 29]))
-    share, growth = SHARE[detail]
+    share, growth = (FINE_SHARE if species.hanging or species.upright else SHARE)[detail]
     if species.lobes:
         upright, radii = _lobes(species, tall, rng)
         lobes = upright + _leaning(upright[:, 1], tall, lean)
@@ -78,6 +80,7 @@ def grow(kind: Kind, seed: int, *, height: float | None = None, detail: Detail =
     hues = np.clip(rng.normal(-0.01, 0.04), -0.07, 0.05) + rng.normal(0, 0.03, len(lobes))
     crown = _dressed(species, tall, side, (at, out, lobe), (lobes, hues), wood, card_rng)
     seen = ~_hidden(crown, PEEPING[detail]) | (card_rng.uniform(size=len(at)) < STRAYS)
+    seen &= ~_lonely(crown.centre, crown.side, seen)
     per_cluster = ("centre", "side", "facing", "normal", "shade", "roll", "cell")
     return Crown(species=species, wood=wood, **{name: getattr(crown, name)[seen] for name in per_cluster})
 
@@ -183,7 +186,7 @@ def _dressed(  # noqa: PLR0917 - all that a crown is made of
         side=side,
         facing=facing,
         normal=normal,
-        shade=np.clip(occlusion, 0.35, 1.2)[:, None] * tint,
+        shade=np.clip(1.05 * occlusion, 0.45, 1.2)[:, None] * tint,
         roll=rng.normal(0, spread, count),
         cell=rng.integers(0, len(species.cells), count),
         wood=wood,
@@ -202,6 +205,14 @@ def _hidden(crown: Crown, peeping: float) -> NDArray[np.bool_]:
         in_front = depth > depth[:, None] + 0.02
         is_hidden &= np.prod(np.where(in_front, 1 - FILL * overlap, 1.0), axis=1) < peeping
     return is_hidden
+
+
+def _lonely(at: Array, side: Array, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which clusters hang in the air: no other that is seen comes near."""
+    gap = np.linalg.norm(at[:, None] - at, axis=2)
+    gap[:, ~seen] = np.inf
+    np.fill_diagonal(gap, np.inf)
+    return np.asarray(gap.min(axis=1) > 0.62 * side)
 
 
 def _leaning(y: Array, tall: float, lean: Array) -> Array:
@@ -233,7 +244,7 @@ def _wood(species: Species, tall: float, lean: Array, lobes: tuple[Array, Array]
         root = np.array([np.interp(start, line[:, 1], line[:, axis]) for axis in range(3)])
         handle = root + (centre - root) * [0.55, 0.35, 0.55] + rng.normal(0, 0.02 * tall, 3)
         s = np.linspace(0, 1, 4)[:, None]
-        end = centre + [0, 0.3 * radii[k], 0]
+        end = np.array([centre[0], centre[1] + 0.3 * radii[k], centre[2]])
         path = (1 - s) ** 2 * root + 2 * s * (1 - s) * handle + s**2 * end
         wood.append((path, 0.6 * np.interp(start, line[:, 1], girth) * (1 - 0.85 * s[:, 0])))
     return tuple(wood)

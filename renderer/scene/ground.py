@@ -135,7 +135,7 @@ def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[F
     gravel += (_PALE - gravel) * (0.5 * _ramp(0.45, 0.8, stain))[..., None]
     color = color + (gravel - color) * shingle[..., None]
     grass = grass * (1 - np.maximum(sandy, stony))
-    rough: Floats = (1 - grass) * (0.30 + 0.70 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
+    rough = (1 - grass) * (0.30 + 0.70 * np.maximum(shingle, _ramp(0.1, 0.9, 0.5 * stain + 0.5 * fine)))
 
     depth = -shore.height
     is_wet = _ramp(-0.03, 0.06, depth + 0.01 * fine)
@@ -144,7 +144,7 @@ def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[F
     grass = grass * (1 - is_wet) * (distance > -0.6)
     wet = _ramp(0.13, 0.035, shore.height + 0.018 * fine + 0.012 * medium) * _ramp(0.35, 0.0, depth)
     color *= (1 - np.float32(0.5) * wet)[..., None]
-    return color, grass, rough
+    return color, grass, rough.astype(np.float32, copy=False)
 
 
 def _bed(color: Floats, bare: Floats, depth: Floats, noise: Noises) -> Floats:
@@ -232,5 +232,5 @@ def _enlarged(image: Floats, size: int) -> Floats:
 
 def _bilinear(grid: Floats, low: NDArray[np.int64], high: NDArray[np.int64], part: Floats) -> Floats:
     rows = grid[:, low] * (1 - part) + grid[:, high] * part
-    smooth: Floats = rows[low] * (1 - part)[:, None] + rows[high] * part[:, None]
-    return smooth
+    smooth = rows[low] * (1 - part)[:, None] + rows[high] * part[:, None]
+    return smooth.astype(np.float32, copy=False)

@@ -57,7 +57,8 @@ class Jetty:
         """World (n, 2) of distances along the jetty and to its right."""
         forward = self.along
         right = np.array([-forward[1], forward[0]])
-        return np.array(self.foot) + along[:, None] * forward + across[:, None] * right
+        places: Array = np.array(self.foot) + along[:, None] * forward + across[:, None] * right
+        return places
 
 
 @dataclass(frozen=True, eq=False)

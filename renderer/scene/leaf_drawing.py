@@ -112,7 +112,7 @@ def cluster(seed: int, texels: int, look: Foliage) -> NDArray[np.float32]:
     return canvas.texture()
 
 
-def draw_leaf(  # noqa: PLR0913, PLR0917 - a leaf has that many properties
+def draw_leaf(  # noqa: PLR0917 - a leaf has that many properties
     canvas: Canvas,
     base: NDArray[np.float64],
     angle: float,
@@ -184,10 +184,12 @@ def spruce(seed: int, texels: int) -> NDArray[np.float32]:
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
     twigs = []
-    for k in range(64):
+    for _ in range(64):
         x = rng.uniform(-1, 1)
         top = 0.86 - 0.3 * abs(x) ** 1.5 - rng.uniform(0, 0.34)
-        twigs.append((rng.uniform() * 0.7 + 0.3 * (1 - top), 0.5 + 0.4 * x, top, -np.pi / 2 + 0.75 * x + rng.normal(0, 0.2)))
+        twigs.append(
+            (rng.uniform() * 0.7 + 0.3 * (1 - top), 0.5 + 0.4 * x, top, -np.pi / 2 + 0.75 * x + rng.normal(0, 0.2))
+        )
     for depth, x, y, angle in sorted(twigs):
         length = rng.uniform(0.1, 0.2)
         t = np.linspace(0, 1, 12)

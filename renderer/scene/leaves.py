@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -29,9 +29,7 @@ COLUMNS, ROWS = 5, 4
 CUTOFF = 0.5
 SPARED = 0.004
 
-LEAVES = Material(
-    "leaves", "foliage", albedo_map="foliage", alpha_cutoff=CUTOFF, is_two_sided=True, translucency=0.5
-)
+LEAVES = Material("leaves", "foliage", albedo_map="foliage", alpha_cutoff=CUTOFF, is_two_sided=True, translucency=0.5)
 BLADES = Material("blades", "foliage", albedo_map="foliage", is_two_sided=True, translucency=0.4)
 BARK = Material("bark", "surface", albedo_map="bark")
 
@@ -66,9 +64,7 @@ PORTRAITS: Mapping[str, Portrait] = MappingProxyType(
     }
 )
 """Whole trees, painted from the cells above."""
-CELLS: Mapping[str, int] = MappingProxyType(
-    {name: number for number, name in enumerate([*DRAWINGS, *PORTRAITS])}
-)
+CELLS: Mapping[str, int] = MappingProxyType({name: number for number, name in enumerate([*DRAWINGS, *PORTRAITS])})
 
 
 def at(cell: str, st: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -96,7 +92,7 @@ def bark() -> Texture:
     return Texture("bark", plant.bark(11), is_srgb=True)
 
 
-@lru_cache(maxsize=None)
+@cache
 def hull(cell: str) -> NDArray[np.float64]:
     """The octagon round a cell's drawing: (8, 2) cell coordinates, counter-clockwise.
 
@@ -108,10 +104,10 @@ def hull(cell: str) -> NDArray[np.float64]:
     turns = np.arange(8) * np.pi / 4
     axes = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     reach = np.quantile(np.stack([s, t], axis=1) @ axes.T, 1 - SPARED, axis=0) + 1.0 / TEXELS
-    corners = [
-        np.linalg.solve(axes[[k, (k + 1) % 8]], reach[[k, (k + 1) % 8]]) for k in range(8)
-    ]
-    return np.clip(np.array(corners), 0, 1)
+    # A side beyond the corner of its neighbours would fold the outline: it is moved to that corner.
+    reach = np.minimum(reach, (np.roll(reach, 1) + np.roll(reach, -1)) / np.sqrt(2))
+    corners = [np.linalg.solve(axes[[k, (k + 1) % 8]], reach[[k, (k + 1) % 8]]) for k in range(8)]
+    return np.asarray(np.clip(np.array(corners), 0, 1))
 
 
 @lru_cache(maxsize=1)

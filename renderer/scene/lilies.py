@@ -61,7 +61,10 @@ def _pads(rng: Generator, places: Array, size: Array, detail: Detail) -> Mesh:
     turn = notch + (2 * np.pi - 2 * notch) * around
     edge = 1 + 0.035 * np.sin(turn * 3 + heading * 5) + 0.02 * np.sin(turn * 7 + heading * 9)
     edge[:, [0, -1]] *= 0.96
-    curl = np.maximum(0, np.sin(turn + heading * 3)) ** 4 * rng.choice([0.0, 0.02, 0.05, 0.12], n, p=[0.4, 0.3, 0.2, 0.1])[:, None]
+    curl = (
+        np.maximum(0, np.sin(turn + heading * 3)) ** 4
+        * rng.choice([0.0, 0.02, 0.05, 0.12], n, p=[0.4, 0.3, 0.2, 0.1])[:, None]
+    )
     tilt = rng.normal(0, 0.02, (n, 2))
     radial = edge[:, None] * rings[:, None]
     x, z = (radial * f(turn + heading)[:, None] for f in (np.cos, np.sin))
@@ -102,14 +105,20 @@ def _blossoms(rng: Generator, at: Array, detail: Detail) -> Mesh:
     """White or pink cups of three whorls of petals round yellow stamens."""
     n = len(at)
     pink = rng.uniform(size=n) < 0.35
-    whorls = ((8, 0.085, (0.95, 1.25)), (7, 0.075, (0.5, 0.85)), (5, 0.06, (0.15, 0.45))) if detail == "full" else ((6, 0.08, (0.7, 1.0)),)
+    whorls = (
+        ((8, 0.085, (0.95, 1.25)), (7, 0.075, (0.5, 0.85)), (5, 0.06, (0.15, 0.45)))
+        if detail == "full"
+        else ((6, 0.08, (0.7, 1.0)),)
+    )
     parts = []
     for rank, (count, length, tilt) in enumerate(whorls):
         for paint, chosen in (("petal", ~pink), ("blossom", pink)):
             m = int(chosen.sum())
             k = m * count
             azimuth = np.tile(np.arange(count) + 0.5 * rank, m) * 2 * np.pi / count + rng.normal(0, 0.08, k)
-            root = np.repeat(at[chosen], count, axis=0) + np.stack([0.008 * np.cos(azimuth), np.full(k, -0.014), 0.008 * np.sin(azimuth)], axis=1)
+            root = np.repeat(at[chosen], count, axis=0) + np.stack(
+                [0.008 * np.cos(azimuth), np.full(k, -0.014), 0.008 * np.sin(azimuth)], axis=1
+            )
             lean = np.array([tilt[1] + 0.15, tilt[0] - 0.25]) + rng.normal(0, 0.06, (k, 1))
             shade = (0.92 + 0.05 * rank) * rng.uniform(0.95, 1.03, (k, 1)) * np.ones(3)
             width = np.full(k, 0.034 if detail == "full" else 0.06)
@@ -118,6 +127,13 @@ def _blossoms(rng: Generator, at: Array, detail: Detail) -> Mesh:
     if detail == "full":
         k = n * 7
         azimuth = np.tile(np.arange(7), n) * 2 * np.pi / 7
-        stamens = Blades(np.repeat(at, 7, axis=0), azimuth, np.tile([0.5, 0.1], (k, 1)), np.full(k, 0.024), np.full(k, 0.012), np.ones((k, 3)))
+        stamens = Blades(
+            np.repeat(at, 7, axis=0),
+            azimuth,
+            np.tile([0.5, 0.1], (k, 1)),
+            np.full(k, 0.024),
+            np.full(k, 0.012),
+            np.ones((k, 3)),
+        )
         parts.append(ribbons(stamens, paint="yolk", profile=(1.0,), gradient=(0.9, 1.1), lift=1.0, sway=0))
     return Mesh.merge(parts)

@@ -19,7 +19,7 @@ STRIPS: Mapping[str, Paint] = MappingProxyType(
         "cattail": (98, 130, 72),
         "straw": (168, 150, 98),
         "plume": (128, 104, 84),
-        "spike": (96, 62, 38),
+        "spike": (88, 64, 46),
         "wood": (110, 92, 72),
         "blossom": (236, 150, 160),
         "petal": (244, 240, 232),
@@ -94,7 +94,9 @@ def bark(seed: int, width: int = 256, rows: int = 512) -> NDArray[np.uint8]:
     return np.concatenate([color, np.full((rows, width, 1), 255)], axis=2).astype(np.uint8)
 
 
-def smooth_noise(rng: Generator, columns: int, across: int, rows: int | None = None, down: int | None = None) -> NDArray[np.float64]:
+def smooth_noise(
+    rng: Generator, columns: int, across: int, rows: int | None = None, down: int | None = None
+) -> NDArray[np.float64]:
     """Periodic value noise of about -1..1, (rows, columns), with ``across`` by ``down`` cells."""
     rows, down = rows or columns, down or across
     grid = rng.uniform(-1, 1, (down, across))

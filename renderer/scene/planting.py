@@ -22,17 +22,27 @@ from renderer.scene.scene import SceneObject
 from renderer.scene.species import Kind
 
 REED_BEDS = (
-    (-10.0, -9.8, 2.4, 110), (-16.0, -3.6, 2.0, 90), (-14.6, 5.6, 2.0, 70), (7.0, -10.3, 2.0, 70), (14.6, -3.6, 1.8, 60),
-)  # fmt: skip
+    (-10.0, -9.8, 2.4, 110),
+    (-16.0, -3.6, 2.0, 90),
+    (-14.6, 5.6, 2.0, 70),
+    (7.0, -10.3, 2.0, 70),
+    (14.6, -3.6, 1.8, 60),
+)
 """(x, z, radius, culms): they grow where the water is shallow enough."""
-CATTAIL_BEDS = ((-17.0, 1.6, 1.5, 26), (-5.6, -14.0, 1.6, 26), (1.9, 6.3, 0.9, 14), (12.9, -7.0, 1.4, 22), (-2.6, 10.9, 1.2, 16))
+CATTAIL_BEDS = (
+    (-17.0, 1.6, 1.5, 26),
+    (-5.6, -14.0, 1.6, 26),
+    (1.9, 6.3, 0.9, 14),
+    (12.9, -7.0, 1.4, 22),
+    (-2.6, 10.9, 1.2, 16),
+)
 LILIES = ((2.0, 2.6, 1.5, 30), (-8.8, -6.4, 2.2, 40), (11.2, -3.0, 1.6, 24), (-12.0, 2.6, 1.9, 28))
 """(x, z, spread, pads)."""
 HEROES: Sequence[tuple[Kind, float, float, float]] = (
     ("willow", -21.0, -6.6, 7.6),
     ("birch", -22.6, 2.4, 9.4), ("birch", -24.4, 0.6, 8.2), ("birch", -21.6, 5.6, 8.8),
     ("oak", -14.2, -19.4, 9.0), ("alder", -10.4, -20.4, 8.6), ("alder", -18.6, -17.2, 7.6),
-    ("pine", 3.6, -20.6, 10.4), ("pine", 6.4, -23.0, 9.2), ("spruce", -2.0, -25.6, 10.5), ("spruce", 0.6, -27.4, 8.6),
+    ("pine", 3.6, -20.6, 8.4), ("pine", 6.4, -23.0, 7.6), ("spruce", -2.0, -25.6, 10.5), ("spruce", 0.6, -27.4, 8.6),
     ("willow", 19.4, -5.6, 7.0), ("birch", 25.0, 5.4, 9.2), ("alder", 24.6, 9.6, 8.6),
     ("oak", -9.6, 21.6, 8.6), ("alder", -14.4, 18.8, 8.2), ("pine", 13.0, 21.4, 10.0),
 )  # fmt: skip
@@ -75,7 +85,8 @@ def _water_plants(seed: int, height: Field) -> list[SceneObject]:
 
 def _bank_plants(seed: int, height: Field, shore: Array, density: Field | None) -> list[SceneObject]:
     tussocks = scatter.bank(seed + 1, height, shore, 110, falloff=0.25, between=(-0.08, 0.3), density=density)
-    tufts = scatter.bank(seed + 2, height, shore, 1500, falloff=1.7, between=(0.1, 3.0), density=density)
+    tufts = scatter.bank(seed + 2, height, shore, 1300, falloff=1.4, between=(0.1, 3.0), density=density)
+    tall = scatter.bank(seed + 4, height, shore, 260, falloff=7.0, between=(0.3, 4.0), density=density)
     flags = scatter.bank(seed + 3, height, shore, 40, falloff=0.15, between=(-0.12, 0.15), density=density)
     objects = []
     for k, part in enumerate(scatter.sectors(tussocks, 6)):
@@ -87,10 +98,15 @@ def _bank_plants(seed: int, height: Field, shore: Array, density: Field | None) 
     for k, part in enumerate(scatter.sectors(tufts, 12)):
         meshes = [plants.grass(seed + k, tufts[part], detail=detail) for detail in ("full", "map")]
         objects.append(_object(f"grass-{k}", meshes, leaves.BLADES, "grass", casts_shadow=False))
-    for k, hue in enumerate(("white", "yellow", "violet")):
+    for k, part in enumerate(scatter.sectors(tall, 8)):
+        mesh = plants.grass(seed + 20 + k, tall[part], height=0.5, detail="map")
+        objects.append(_object(f"grass-tall-{k}", [mesh, mesh], leaves.BLADES, "grass", casts_shadow=False, in_maps=False))
+    for k, hue in enumerate(plants.HEADS):
         places = scatter.bank(seed + 5 + k, height, shore, 70, falloff=2.6, between=(0.2, 3.0), density=density)
-        mesh = plants.flowers(seed + k, places, hue=hue)  # type: ignore[arg-type]
-        objects.append(_object(f"flowers-{hue}", [mesh, mesh], leaves.BLADES, "flower", casts_shadow=False, in_maps=False))
+        mesh = plants.flowers(seed + k, places, hue=hue)
+        objects.append(
+            _object(f"flowers-{hue}", [mesh, mesh], leaves.BLADES, "flower", casts_shadow=False, in_maps=False)
+        )
     bushes = scatter.ring(seed + 9, height, 26, inner=19.0, outer=27.0, gaps=VISTAS, apart=2.2)
     for k, part in enumerate(scatter.sectors(bushes, 6)):
         meshes = [trees.shrubs(seed + k, bushes[part], detail=detail) for detail in ("full", "map")]
@@ -109,7 +125,7 @@ def _woods(seed: int, height: Field) -> list[SceneObject]:
         objects.append(_object(f"trunks-{k}", [wood.trunk, wood.trunk_far], leaves.BARK, "tree"))
     wild = scatter.ring(seed + 10, height, 26, inner=28.0, outer=46.0, gaps=VISTAS, taken=spots, apart=5.0)
     names = np.array(WILD)[np.arange(len(wild)) % len(WILD)]
-    tall = 7.0 + 2.8 * (np.arange(len(wild)) * 0.618 % 1)
+    tall = np.asarray(7.0 + 2.8 * (np.arange(len(wild)) * 0.618 % 1), np.float64)
     for k, part in enumerate(scatter.sectors(wild, 8)):
         mesh = trees.far_trees(seed + k, wild[part], names[part].tolist(), tall[part])
         objects.append(_object(f"wild-{k}", [mesh, mesh], leaves.LEAVES, "tree"))
@@ -118,12 +134,14 @@ def _woods(seed: int, height: Field) -> list[SceneObject]:
         for k, part in enumerate(scatter.sectors(far, 8)):
             mesh = trees.belt(seed + k, far[part])
             objects.append(
-                _object(f"belt-{number}-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False, in_maps=is_mirrored)
+                _object(
+                    f"belt-{number}-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False, in_maps=is_mirrored
+                )
             )
     return objects
 
 
-def _object(  # noqa: PLR0913
+def _object(
     name: str, meshes: Sequence[Mesh], material: Material, tag: str, *, casts_shadow: bool = True, in_maps: bool = True
 ) -> SceneObject:
     return SceneObject(

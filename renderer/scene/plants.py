@@ -21,17 +21,24 @@ whole planting for a given ground, ready for ``Scene.objects``, in ``planting``:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 from numpy.random import PCG64, Generator
 
-from renderer.scene.blades import Array, Blades, ribbons, spindles
+from renderer.scene.blades import Array, Blades, ribbons, spindles, swaying
 from renderer.scene.crowns import Detail
 from renderer.scene.mesh import Mesh
+from renderer.scene.tufts import petals_round, tints, tuft, wrapped
 
 Hue = Literal["white", "yellow", "violet"]
+HEADS: Mapping[Hue, tuple[str, float, int]] = MappingProxyType(
+    {"white": ("petal", 0.026, 7), "yellow": ("flag", 0.02, 5), "violet": ("blossom", 0.022, 6)},
+)
+"""Strip of the atlas, length in metres and number of a flower's petals."""
 
 
 def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "full") -> Mesh:
@@ -42,7 +49,7 @@ def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "f
     wind = rng.uniform(0, 2 * np.pi)
     azimuth = wind + rng.normal(0, 0.9, n)
     tilt = np.abs(rng.normal(0.03, 0.05, n))[:, None] + np.stack([np.zeros(n), rng.uniform(0.03, 0.25, n)], axis=1)
-    tint = _tints(rng, n, 0.05)
+    tint = tints(rng, n, 0.05)
     tint[rng.uniform(size=n) < 0.12] *= [1.5, 1.15, 0.95]
     culm = Blades(places, azimuth, tilt, tall, np.full(n, 0.015), tint, rng.uniform(0, 3, n))
     crossed = replace(culm, twist=culm.twist + np.pi / 2)
@@ -52,9 +59,9 @@ def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "f
     ]
     per_culm, nodes = (7, (0.8, 0.95)) if detail == "full" else (4, (1.0,))
     share = np.linspace(0.3, 0.93, per_culm) + rng.uniform(-0.04, 0.04, (n, per_culm))
-    root = _along(culm, share)
+    root = culm.along(share)
     leaf_azimuth = azimuth[:, None] + np.arange(per_culm) * np.pi + rng.normal(0, 0.55, (n, per_culm))
-    leaf_azimuth = wind + 0.62 * _wrapped(leaf_azimuth - wind)
+    leaf_azimuth = wind + 0.62 * wrapped(leaf_azimuth - wind)
     droop = rng.uniform(0.2, 1.35, (n, per_culm)) + 0.35 * (1 - share)
     start = rng.uniform(0.25, 0.6, (n, per_culm))
     length = tall[:, None] * rng.uniform(0.2, 0.33, (n, per_culm)) * (1.15 - 0.35 * np.abs(share - 0.6))
@@ -70,7 +77,7 @@ def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "f
         rng.normal(0, 0.3, n * per_culm),
     )
     leaves_mesh = ribbons(blades, paint="reed", profile=nodes, gradient=(0.85, 1.1), lift=0.45, sway=0)
-    parts.append(_swaying(leaves_mesh, places, 0.35))
+    parts.append(swaying(leaves_mesh, places, 0.35))
     parts.append(_plumes(rng, culm, detail))
     return Mesh.merge(parts)
 
@@ -80,7 +87,7 @@ def _plumes(rng: Generator, culm: Blades, detail: Detail) -> Mesh:
     chosen = np.flatnonzero(culm.length > np.quantile(culm.length, 0.45)) if len(culm.length) else np.zeros(0, int)
     spikes = 5 if detail == "full" else 2
     share = np.linspace(0.9, 1.0, spikes)
-    tip = _along(culm, np.tile(share, (len(chosen), 1)), chosen)
+    tip = culm.along(np.tile(share, (len(chosen), 1)), chosen)
     k = len(chosen) * spikes
     azimuth = np.repeat(culm.azimuth[chosen], spikes) + rng.normal(0, 0.55, k)
     start = rng.uniform(0.05, 0.5, k)
@@ -90,24 +97,25 @@ def _plumes(rng: Generator, culm: Blades, detail: Detail) -> Mesh:
         np.stack([start, start + rng.uniform(0.3, 0.9, k)], axis=1),
         rng.uniform(0.13, 0.24, k),
         rng.uniform(0.022, 0.036, k) * (1 if detail == "full" else 1.7),
-        np.repeat(_tints(rng, len(chosen), 0.04), spikes, axis=0),
+        np.repeat(tints(rng, len(chosen), 0.04), spikes, axis=0),
         rng.uniform(0, 3, k),
     )
     mesh = ribbons(blades, paint="plume", profile=(0.5, 1.0), gradient=(0.8, 1.25), lift=0.7, sway=0)
-    return _swaying(mesh, culm.root, 0.35)
+    return swaying(mesh, culm.root, 0.35)
 
 
 def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail = "full") -> Mesh:
     """Cattail: a fan of erect straps, some of them kinked, and on most plants a brown spike."""
     rng = Generator(PCG64([seed, 2]))
     n = len(places)
+    stalk, spikes = _spikes(rng, places, height, detail)
     straps = 9 if detail == "full" else 4
     k = n * straps
     near = np.repeat(places, straps, axis=0) + rng.normal(0, 0.045, (k, 3)) * [1, 0, 1]
     tall = height * np.repeat(rng.uniform(0.85, 1.1, n), straps) * rng.uniform(0.6, 1.05, k)
     start = np.abs(rng.normal(0.05, 0.07, k))
     bend = np.where(rng.uniform(size=k) < 0.22, rng.uniform(0.8, 1.6, k), rng.uniform(0.05, 0.4, k))
-    tint = _tints(rng, k, 0.06)
+    tint = tints(rng, k, 0.06)
     tint[rng.uniform(size=k) < 0.08] *= [1.45, 1.1, 0.75]
     blades = Blades(
         near,
@@ -119,7 +127,13 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
         rng.uniform(-0.8, 0.8, k),
     )
     profile = (0.95, 1.0, 0.75) if detail == "full" else (1.0, 0.8)
-    parts = [ribbons(blades, paint="cattail", profile=profile, gradient=(0.55, 1.15), lift=0.45, sway=0.3)]
+    leaves_mesh = ribbons(blades, paint="cattail", profile=profile, gradient=(0.55, 1.15), lift=0.45, sway=0.3)
+    return Mesh.merge([leaves_mesh, stalk, spikes])
+
+
+def _spikes(rng: Generator, places: Array, height: float, detail: Detail) -> tuple[Mesh, Mesh]:
+    """The stalks that most plants bear, and the brown spikes on them."""
+    n = len(places)
     bearing = np.flatnonzero(rng.uniform(size=n) < 0.75)
     m = len(bearing)
     stalk = Blades(
@@ -127,30 +141,27 @@ def cattails(seed: int, places: Array, *, height: float = 1.45, detail: Detail =
         rng.uniform(0, 2 * np.pi, m),
         np.abs(rng.normal(0.02, 0.05, (m, 2))),
         height * rng.uniform(0.92, 1.12, m),
-        np.full(m, 0.011),
-        _tints(rng, m, 0.04),
+        np.full(m, 0.015),
+        tints(rng, m, 0.04),
         rng.uniform(0, 3, m),
     )
-    parts.append(ribbons(stalk, paint="cattail", profile=(1, 0.8), gradient=(0.7, 1.2), sway=0.3))
-    low, high = _along(stalk, np.full((m, 1), 0.8))[:, 0], _along(stalk, np.full((m, 1), 0.925))[:, 0]
+    stalks = ribbons(stalk, paint="cattail", profile=(1, 0.8), gradient=(0.7, 1.2), sway=0.3)
+    low, high = stalk.along(np.full((m, 1), 0.8))[:, 0], stalk.along(np.full((m, 1), 0.925))[:, 0]
     axis = (high - low) * rng.uniform(0.85, 1.25, m)[:, None]
     weight = np.minimum(0.3 * (low[:, 1] - places[bearing, 1]) ** 2, 1)
     radius = rng.uniform(0.014, 0.018, m)
     sides = 4 if detail == "full" else 3
-    parts.append(
-        spindles(low, axis, radius, _tints(rng, m, 0.03), paint="spike", sway=weight, sides=sides)
-    )
-    return Mesh.merge(parts)
+    return stalks, spindles(low, axis, radius, tints(rng, m, 0.03), paint="spike", sway=weight, sides=sides)
 
 
 def sedge(seed: int, places: Array, *, height: float = 0.55, detail: Detail = "full") -> Mesh:
     """Tussocks of narrow leaves that arch over to all sides."""
     rng = Generator(PCG64([seed, 3]))
     blades = 15 if detail == "full" else 6
-    tuft = _tuft(rng, places, blades, height, spread=0.06, tilt=(0.08, 0.5), bend=(0.5, 1.5))
+    tussocks = tuft(rng, places, blades, height, spread=0.06, tilt=(0.08, 0.5), bend=(0.5, 1.5))
     profile = (0.9, 0.85) if detail == "full" else (1.0,)
     wide = 0.015 if detail == "full" else 0.026
-    return ribbons(_wide(tuft, wide), paint="sedge", profile=profile, gradient=(0.42, 1.15), lift=0.8, sway=0.5)
+    return ribbons(tussocks.wide(wide), paint="sedge", profile=profile, gradient=(0.42, 1.15), lift=0.8, sway=0.5)
 
 
 def grass(seed: int, places: Array, *, height: float = 0.28, detail: Detail = "full") -> Mesh:
@@ -158,16 +169,16 @@ def grass(seed: int, places: Array, *, height: float = 0.28, detail: Detail = "f
     rng = Generator(PCG64([seed, 4]))
     bent, short = (4, 5) if detail == "full" else (0, 3)
     wide = 0.014 if detail == "full" else 0.03
-    long = _tuft(rng, places, bent, height, spread=0.05, tilt=(0.05, 0.45), bend=(0.3, 1.2))
-    low = _tuft(rng, places, short, height * 0.72, spread=0.08, tilt=(0.05, 0.7), bend=(0.0, 0.1))
+    long = tuft(rng, places, bent, height, spread=0.05, tilt=(0.05, 0.45), bend=(0.3, 1.2))
+    low = tuft(rng, places, short, height * 0.72, spread=0.08, tilt=(0.05, 0.7), bend=(0.0, 0.1))
     parts = [
-        ribbons(_wide(long, wide), paint="grass", profile=(1.0, 0.75), gradient=(0.5, 1.15), lift=1.1),
-        ribbons(_wide(low, wide * 1.15), paint="grass", profile=(1.0,), gradient=(0.55, 1.05), lift=1.1),
+        ribbons(long.wide(wide), paint="grass", profile=(1.0, 0.75), gradient=(0.5, 1.15), lift=1.1),
+        ribbons(low.wide(wide * 1.15), paint="grass", profile=(1.0,), gradient=(0.55, 1.05), lift=1.1),
     ]
     if detail == "full":
         dry = places[rng.uniform(size=len(places)) < 0.12]
-        stalks = _tuft(rng, dry, 1, height * 1.6, spread=0.03, tilt=(0.0, 0.2), bend=(0.1, 0.4))
-        parts.append(ribbons(_wide(stalks, 0.008), paint="straw", gradient=(0.7, 1.05), lift=1.0))
+        stalks = tuft(rng, dry, 1, height * 1.6, spread=0.03, tilt=(0.0, 0.2), bend=(0.1, 0.4))
+        parts.append(ribbons(stalks.wide(0.008), paint="straw", gradient=(0.7, 1.05), lift=1.0))
     return Mesh.merge(parts)
 
 
@@ -175,18 +186,31 @@ def irises(seed: int, places: Array, *, detail: Detail = "full") -> Mesh:
     """Yellow flag: a flat fan of swords and a stem with one or two flowers."""
     rng = Generator(PCG64([seed, 5]))
     n = len(places)
-    swords = _tuft(rng, places, 8 if detail == "full" else 4, 0.75, spread=0.05, tilt=(0.02, 0.3), bend=(0.0, 0.45))
-    parts = [ribbons(_wide(swords, 0.026), paint="cattail", profile=(1, 0.95, 0.6)[: 3 if detail == "full" else 2], gradient=(0.55, 1.15), sway=0.4)]
+    swords = tuft(rng, places, 8 if detail == "full" else 4, 0.75, spread=0.05, tilt=(0.02, 0.3), bend=(0.0, 0.45))
+    parts = [
+        ribbons(
+            swords.wide(0.026),
+            paint="cattail",
+            profile=(1, 0.95, 0.6)[: 3 if detail == "full" else 2],
+            gradient=(0.55, 1.15),
+            sway=0.4,
+        )
+    ]
     stem = Blades(
-        places, rng.uniform(0, 6.28, n), np.abs(rng.normal(0.05, 0.06, (n, 2))), rng.uniform(0.68, 0.85, n), np.full(n, 0.012), _tints(rng, n, 0.03)
+        places,
+        rng.uniform(0, 2 * np.pi, n),
+        np.abs(rng.normal(0.05, 0.06, (n, 2))),
+        rng.uniform(0.68, 0.85, n),
+        np.full(n, 0.012),
+        tints(rng, n, 0.03),
     )
     parts.append(ribbons(stem, paint="cattail", sway=0.4))
-    head = _along(stem, np.full((n, 1), 1.0))[:, 0]
-    falls = _petals(rng, head, 3, 0.085, 0.05, tilt=(0.9, 2.5))
-    standards = _petals(rng, head, 3, 0.05, 0.022, tilt=(0.15, 0.4))
+    head = stem.along(np.full((n, 1), 1.0))[:, 0]
+    falls = petals_round(rng, head, 3, 0.085, 0.05, tilt=(0.9, 2.5))
+    standards = petals_round(rng, head, 3, 0.05, 0.022, tilt=(0.15, 0.4))
     for petals in (falls, standards):
         mesh = ribbons(petals, paint="flag", profile=(0.45, 1.0), gradient=(0.85, 1.1), lift=0.9, sway=0)
-        parts.append(_swaying(mesh, places, 0.4))
+        parts.append(swaying(mesh, places, 0.4))
     return Mesh.merge(parts)
 
 
@@ -194,79 +218,26 @@ def flowers(seed: int, places: Array, *, hue: Hue = "white", detail: Detail = "f
     """Small wild flowers on thin stems, a head of five to eight petals round a yellow middle."""
     rng = Generator(PCG64([seed, 6]))
     n = len(places)
-    paint, size, count = {"white": ("petal", 0.026, 7), "yellow": ("flag", 0.02, 5), "violet": ("blossom", 0.022, 6)}[hue]
+    paint, size, count = HEADS[hue]
     stem = Blades(
-        places, rng.uniform(0, 6.28, n), np.abs(rng.normal(0.08, 0.12, (n, 2))), rng.uniform(0.16, 0.36, n), np.full(n, 0.006), _tints(rng, n, 0.04)
+        places,
+        rng.uniform(0, 2 * np.pi, n),
+        np.abs(rng.normal(0.08, 0.12, (n, 2))),
+        rng.uniform(0.16, 0.36, n),
+        np.full(n, 0.006),
+        tints(rng, n, 0.04),
     )
-    head = _along(stem, np.full((n, 1), 1.0))[:, 0]
-    petals = _petals(rng, head, count if detail == "full" else 3, size, size * (0.85 if detail == "full" else 1.8), tilt=(1.1, 1.6))
+    head = stem.along(np.full((n, 1), 1.0))[:, 0]
+    petals = petals_round(
+        rng, head, count if detail == "full" else 3, size, size * (0.85 if detail == "full" else 1.8), tilt=(1.1, 1.6)
+    )
     tint = (0.75, 0.62, 1.35) if hue == "violet" else (1.0, 1.0, 1.0)
-    petals = Blades(petals.root, petals.azimuth, petals.tilt, petals.length, petals.width, petals.tint * tint)
-    middle = _petals(rng, head + [0, 0.004, 0], 3, size * 0.42, size * 0.6, tilt=(1.0, 1.4))
+    petals = replace(petals, tint=petals.tint * tint)
+    head[:, 1] += 0.004
+    middle = petals_round(rng, head, 3, size * 0.42, size * 0.6, tilt=(1.0, 1.4))
     parts = [
         ribbons(stem, paint="grass", profile=(1.0,), gradient=(0.6, 1.0)),
-        _swaying(ribbons(petals, paint=paint, profile=(0.7,), gradient=(0.85, 1.05), lift=1.5, sway=0), places, 1.0),
-        _swaying(ribbons(middle, paint="yolk", profile=(1.0,), gradient=(1.0, 1.0), lift=1.5, sway=0), places, 1.0),
+        swaying(ribbons(petals, paint=paint, profile=(0.7,), gradient=(0.85, 1.05), lift=1.5, sway=0), places, 1.0),
+        swaying(ribbons(middle, paint="yolk", profile=(1.0,), gradient=(1.0, 1.0), lift=1.5, sway=0), places, 1.0),
     ]
     return Mesh.merge(parts)
-
-
-def _tuft(  # noqa: PLR0913
-    rng: Generator, places: Array, blades: int, height: float, *, spread: float, tilt: tuple[float, float], bend: tuple[float, float]
-) -> Blades:
-    """``blades`` blades round each place, fanning outwards; taller and shorter tufts, each of its own green."""
-    n, k = len(places), len(places) * blades
-    azimuth = (np.tile(np.arange(blades), n) + rng.uniform(-0.6, 0.6, k)) * 2.39996 + np.repeat(rng.uniform(0, 6.28, n), blades)
-    off = np.abs(rng.normal(0, spread, k))
-    root = np.repeat(places, blades, axis=0) + np.stack([off * np.cos(azimuth), np.zeros(k), off * np.sin(azimuth)], axis=1)
-    start = rng.uniform(*tilt, k)
-    length = height * np.repeat(rng.uniform(0.65, 1.25, n), blades) * rng.uniform(0.6, 1.15, k)
-    tint = np.repeat(_tints(rng, n, 0.07), blades, axis=0) * rng.uniform(0.85, 1.15, (k, 1))
-    return Blades(root, azimuth, np.stack([start, start + rng.uniform(*bend, k)], axis=1), length, np.ones(k), tint, rng.normal(0, 0.5, k))
-
-
-def _petals(rng: Generator, head: Array, count: int, length: float, width: float, *, tilt: tuple[float, float]) -> Blades:
-    n, k = len(head), len(head) * count
-    azimuth = np.tile(np.arange(count), n) * 2 * np.pi / count + np.repeat(rng.uniform(0, 6.28, n), count)
-    lean = np.array(tilt) + rng.normal(0, 0.12, (k, 1))
-    return Blades(np.repeat(head, count, axis=0), azimuth, lean, length * rng.uniform(0.85, 1.15, k), np.full(k, width), rng.uniform(0.9, 1.05, (k, 1)) * np.ones(3))
-
-
-def _wide(blades: Blades, width: float) -> Blades:
-    return Blades(blades.root, blades.azimuth, blades.tilt, blades.length, blades.width * width, blades.tint, blades.twist)
-
-
-def _tints(rng: Generator, count: int, spread: float) -> Array:
-    """Factors (count, 3) between yellowish and bluish, lighter and darker."""
-    hue = rng.normal(0, spread, count)
-    shade = 1 + rng.normal(0, 0.07, count)
-    return np.stack([1 + 1.8 * hue, 1 + 0.4 * hue, 1 - 1.3 * hue], axis=1) * shade[:, None]
-
-
-def _along(blades: Blades, share: Array, chosen: Array | None = None) -> Array:
-    """Points (n, k, 3) at ``share`` (n, k) of the lengths, as a ribbon of three nodes has them."""
-    pick = slice(None) if chosen is None else chosen
-    azimuth, tilt, length = blades.azimuth[pick], blades.tilt[pick], blades.length[pick]
-    u = np.linspace(0, 1, 13)
-    angle = tilt[:, :1] + (tilt[:, 1:] - tilt[:, :1]) * (u[:-1] + u[1:]) / 2
-    out = np.concatenate([np.zeros((len(length), 1)), np.cumsum(np.sin(angle), axis=1)], axis=1) / 12
-    up = np.concatenate([np.zeros((len(length), 1)), np.cumsum(np.cos(angle), axis=1)], axis=1) / 12
-    place = np.clip(share, 0, 1) * 12
-    low = np.minimum(place.astype(int), 11)
-    row = np.arange(len(length))[:, None]
-    a = out[row, low] + (out[row, low + 1] - out[row, low]) * (place - low)
-    b = up[row, low] + (up[row, low + 1] - up[row, low]) * (place - low)
-    local = np.stack([a * np.cos(azimuth)[:, None], b, a * np.sin(azimuth)[:, None]], axis=-1)
-    return np.asarray(blades.root[pick][:, None] + local * length[:, None, None])
-
-
-def _swaying(mesh: Mesh, places: Array, weight: float) -> Mesh:
-    """Let parts that hang on a stem move with it: the weight follows the height over the plants' ground."""
-    ground = float(np.mean(places[:, 1])) if len(places) else 0.0
-    color = mesh.color.copy()
-    color[:, 3] = np.clip(weight * np.maximum(mesh.position[:, 1] - ground, 0) ** 2, 0, 1)
-    return Mesh.build(mesh.position, mesh.index, normal=mesh.normal, uv=mesh.uv, color=color)
-
-
-def _wrapped(angle: Array) -> Array:
-    return (angle + np.pi) % (2 * np.pi) - np.pi

@@ -20,7 +20,7 @@ from renderer.scene.scene import Scene, SceneObject
 from renderer.scene.shore import Shore, shape_shore
 
 AXIS = terrain.Axis(1025)
-TERRAIN_TRIANGLES, MAP_TRIANGLES = 65_000, 14_000
+TERRAIN_TRIANGLES, MAP_TRIANGLES = 62_000, 10_000
 PATH_AXIS = AXIS.texels(1024)
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
@@ -64,8 +64,8 @@ BOULDERS = (
     rocks.Stone(18.2, 12.4, (1.10, 0.90, 0.95), 40.0, 0.45),
     rocks.Stone(-18.4, -4.4, (1.10, 0.80, 0.95), 80.0, 0.42),
 )
-NEAR = (0, 1, 2, 4)
-"""Boulders that stand close before the default camera."""
+HEROES, NEAR = (0, 6), (1, 2, 4)
+"""Boulders that are seen large, and others that stand close before the default camera."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +145,13 @@ def rock_objects(land: Land) -> list[SceneObject]:
     tags = frozenset({"rock"})
     parts = []
     for number, boulder in enumerate(BOULDERS):
-        level = 3 if number in NEAR or max(boulder.size) > 1.2 else 2
+        level = 3 if number in HEROES else 2 if number in NEAR or max(boulder.size) > 0.6 else 1
         full, plain = (
             rocks.stones([boulder], land.seed + 211 * number, detail, land.height) for detail in (level, level - 1)
         )
         parts.append(SceneObject(f"boulder {number}", full, ROCK, tags, map_mesh=plain))
     for quarter in range(4):
-        for level, low, high in ((0, 0.0, 0.15), (1, 0.15, 9.0)):
+        for level, low, high in ((0, 0.0, 0.2), (1, 0.2, 9.0)):
             chosen = [
                 stone
                 for stone in land.stones
@@ -222,8 +222,8 @@ def _scattered_stones(shore: Shore, seed: int) -> list[rocks.Stone]:
     clumps = smoothstep(-0.35, 0.55, grid_fbm(x, z, 1.5, seed + 78, octaves=2)).astype(np.float32)
     found = []
     for box, count, (least, spread, rare), thick in (
-        ((-19.0, 18.0, -16.5, 13.5), 4000, (0.05, 0.05, 0.24), 1.0),
-        ((-1.5, 10.5, 3.2, 9.0), 1500, (0.028, 0.035, 0.05), 2.2),
+        ((-19.0, 18.0, -16.5, 13.5), 2300, (0.05, 0.06, 0.24), 1.0),
+        ((-1.5, 10.5, 3.2, 9.0), 1000, (0.03, 0.04, 0.05), 2.2),
     ):
         table = scattered(seed + 77 + count, count, 9)
         x = box[0] + (box[1] - box[0]) * table[:, 0]

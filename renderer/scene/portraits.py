@@ -22,6 +22,9 @@ FINENESS = 2
 STRETCH = 1.7
 """Width over height of a thicket's card: its cell is drawn narrower by that."""
 
+TRUNK = np.array([72, 65, 57])
+"""Paint of the wood, sRGB 0..255."""
+
 Sprites = Mapping[str, NDArray[np.float32]]
 
 
@@ -56,16 +59,14 @@ def _painted(
     scale = FILL * side / tall
     canvas = Image.new("RGBA", (round(side * stretch), side))
     pen = ImageDraw.Draw(canvas)
-    sheets = {
-        name: Image.fromarray(np.round(cell * 255).astype(np.uint8)).reduce(2) for name, cell in sprites.items()
-    }
+    sheets = {name: Image.fromarray(np.round(cell * 255).astype(np.uint8)).reduce(2) for name, cell in sprites.items()}
     for crown, x, size in trees:
         unit = scale * size
         middle = np.array([canvas.width / 2 + x * scale, side - 1.0])
         for path, radii in crown.wood:
             points = [tuple(p) for p in (middle + path[:, :2] * [unit, -unit]).tolist()]
             width = max(1, round(float(radii[:-1].mean()) * 1.7 * unit))
-            paint = np.clip(np.array([84, 72, 60]) * crown.species.bark, 0, 255).astype(int)
+            paint = np.clip(TRUNK * np.sqrt(crown.species.bark), 0, 255).astype(int)
             pen.line(points, fill=(*paint.tolist(), 255), width=width)
         for k in np.argsort(crown.centre[:, 2]):
             name = crown.species.cells[crown.cell[k]]

@@ -118,7 +118,8 @@ def _worn(direction: Array, count: int, seed: int, edge: int) -> Array:
     apart = (direction[None] + 17.0 * np.arange(count)[:, None, None]).reshape(-1, 3)
     lumps = 0.12 * point_noise(apart, 0.9, seed + 1) + 0.07 * point_fbm(apart, 0.4, seed + 2, octaves=3)
     worn: Array = direction[None] * (radius * (1 + lumps.reshape(count, -1)))[..., None]
-    return worn / np.abs(worn).max(axis=1, keepdims=True)
+    worn /= np.abs(worn).max(axis=1, keepdims=True)
+    return worn
 
 
 def _color(position: Array, normal: Array, setting: Setting, seed: int) -> Array:

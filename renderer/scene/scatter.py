@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Field = Callable[[Array, Array], NDArray[np.floating]]
 
 
-def clump(  # noqa: PLR0913
+def clump(
     seed: int,
     height: Field,
     centre: tuple[float, float],
@@ -47,7 +47,7 @@ def shoreline(height: Field, reach: float = 30.0, step: float = 0.25) -> Array:
     return np.stack([x[edge], z[edge]], axis=1) + step / 2
 
 
-def bank(  # noqa: PLR0913
+def bank(
     seed: int,
     height: Field,
     shore: Array,
@@ -65,14 +65,16 @@ def bank(  # noqa: PLR0913
     x, z = from_shore[:, 0] + away * np.cos(turn), from_shore[:, 1] + away * np.sin(turn)
     y = np.asarray(height(x, z), np.float64)
     phase = rng.uniform(0, 6.28, 4)
-    patches = np.sin(1.1 * x + phase[0]) * np.sin(1.3 * z + phase[1]) + np.sin(0.43 * x + phase[2]) * np.sin(0.37 * z + phase[3])
+    patches = np.sin(1.1 * x + phase[0]) * np.sin(1.3 * z + phase[1]) + np.sin(0.43 * x + phase[2]) * np.sin(
+        0.37 * z + phase[3]
+    )
     kept = (y > between[0]) & (y < between[1]) & (patches > rng.uniform(-1.9, 0.6, n))
     if density is not None:
         kept &= np.asarray(density(x, z)) > rng.uniform(size=n)
     return np.stack([x, y, z], axis=1)[np.flatnonzero(kept)[:count]]
 
 
-def ring(  # noqa: PLR0913
+def ring(
     seed: int,
     height: Field,
     count: int,

@@ -167,9 +167,7 @@ def wood(crown: Crown, kind: Kind, *, sides: int) -> Mesh:
         parts.append(tube(path, radii, sides if rank == 0 else 3, half))
     mesh = Mesh.merge(parts)
     inside = 1 - 0.45 * np.clip(mesh.position[:, 1] / max(float(mesh.position[:, 1].max()), 1e-6), 0, 1)
-    color = np.concatenate(
-        [inside[:, None] * np.array(crown.species.bark), np.zeros((len(inside), 1))], axis=1
-    )
+    color = np.concatenate([inside[:, None] * np.array(crown.species.bark), np.zeros((len(inside), 1))], axis=1)
     return Mesh.build(mesh.position, mesh.index, normal=mesh.normal, uv=mesh.uv, color=color)
 
 
@@ -188,9 +186,7 @@ def tube(path: Array, radii: Array, sides: int, u: tuple[float, float]) -> Mesh:
     uv = np.stack(np.broadcast_arrays(u[0] + (u[1] - u[0]) * there_and_back, length[:, None] / 1.5), axis=-1)
     k = np.arange(len(path) - 1)[:, None] * (sides + 1) + np.arange(sides)
     quads = np.stack([k, k + 1, k + sides + 2, k, k + sides + 2, k + sides + 1], axis=-1)
-    return Mesh.build(
-        position.reshape(-1, 3), quads.reshape(-1, 3), normal=ring.reshape(-1, 3), uv=uv.reshape(-1, 2)
-    )
+    return Mesh.build(position.reshape(-1, 3), quads.reshape(-1, 3), normal=ring.reshape(-1, 3), uv=uv.reshape(-1, 2))
 
 
 def _merged(position: Array, normal: Array, uv: Array, color: Array, triangles: NDArray[np.int64]) -> Mesh:

@@ -61,8 +61,8 @@ void main()
 
     float deck = smoothstep(0.5, 1.0, coverage);
     // Steps that all began alike would show as terraces; a texel's own start turns them into down. Near ones are too short to.
-    float near = clamp(distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE) / 8.0, 0.0, 1.0);
-    float jitter = (0.6 - 0.3 * deck) * near * unit_float(hash_cell(ivec2(gl_FragCoord.xy), seed));
+    float near = clamp(distance_to_height(SKY_EYE_HEIGHT, d.y, CUMULUS_BASE) / 4.0, 0.0, 1.0);
+    float jitter = (0.8 - 0.5 * deck) * near * unit_float(hash_cell(ivec2(gl_FragCoord.xy), seed));
     Cumulus cumulus = cumulus_along(d, sun, SKY_EYE_HEIGHT, coverage, jitter, seed);
     CloudLight low = cloud_light(d, cumulus.distance, beyond);
     float reach = distance_to_height(SKY_EYE_HEIGHT, d.y, CIRRUS_HEIGHT);

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from renderer.frame import Frame
+from renderer.gpu import source
 from renderer.pipeline import Renderer
 from renderer.request import FrameRequest
 from tests.renderer.world import NAME
@@ -41,6 +48,39 @@ def shared_renderer() -> Renderer:
     return Renderer()
 
 
+_DRAWING: list[Renderer] = []
+"""Renderers that draw in place of the shared one, the last first."""
+
+
+@contextmanager
+def drawn_by(renderer: Renderer) -> Iterator[None]:
+    """Let another renderer draw for a while: one whose shaders are broken, say."""
+    _DRAWING.append(renderer)
+    try:
+        yield
+    finally:
+        _DRAWING.pop()
+
+
+@contextmanager
+def broken_shaders(changes: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+    """Draw with shaders in which texts are replaced: file -> (what stands there, what stands there now)."""
+    with TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        shaders = Path(folder) / "shaders"
+        shutil.copytree(source.SHADERS, shaders)
+        for file, (old, new) in changes.items():
+            text = (shaders / file).read_text()
+            assert text.count(old) == 1, f"{file} no longer says {old!r}"
+            (shaders / file).write_text(text.replace(old, new))
+        patch.setattr(source, "SHADERS", shaders)
+        source._read.cache_clear()
+        try:
+            with Renderer() as renderer, drawn_by(renderer):
+                yield
+        finally:
+            source._read.cache_clear()
+
+
 def asked(**fields: Any) -> FrameRequest:
     """A small frame of the test world."""
     return FrameRequest.parse({"scene": NAME, "width": SIZE[0], "height": SIZE[1], **fields})
@@ -48,7 +88,8 @@ def asked(**fields: Any) -> FrameRequest:
 
 def drawn(**fields: Any) -> Frame:
     """The frame of ``asked``."""
-    return shared_renderer().render(asked(**fields))
+    renderer = _DRAWING[-1] if _DRAWING else shared_renderer()
+    return renderer.render(asked(**fields))
 
 
 def picture(**fields: Any) -> Picture:

@@ -16,7 +16,8 @@ from renderer.scene.material import Material
 from renderer.scene.mesh import Mesh
 from renderer.scene.scene import Scene, SceneObject
 
-NAME = "test"
+NAME, STILL, COPY, EMPTY = "test", "test still", "test copy", "test empty"
+"""The world; the same without wind; its copy upside down below the water; nothing but a speck out of sight."""
 LEVEL = 0.25
 """Metres: not zero, so that a forgotten level shows."""
 EXTENTS = (-20.0, 20.0, -20.0, 20.0)
@@ -59,7 +60,7 @@ def bowl(cells: int = 24, half: float = 20.0) -> Mesh:
     return Mesh.build(position, index, color=color)
 
 
-def objects() -> tuple[SceneObject, ...]:
+def objects(sway: float = 1.0) -> tuple[SceneObject, ...]:
     """What stands in the world: a red post half in the water, a green box under it, others beside and behind."""
     return (
         SceneObject("ground", bowl(), MATTE, frozenset({"terrain"})),
@@ -67,7 +68,7 @@ def objects() -> tuple[SceneObject, ...]:
         SceneObject("drowned", box([2.0, -1.6, 1.0], [4.0, -0.5, 3.0], GREEN), MATTE),
         SceneObject("boat", box([-5.0, -0.2, -2.0], [-2.5, 1.0, -0.5], YELLOW), MATTE),
         SceneObject("hut", box([3.5, 0.0, -12.0], [8.0, 5.0, -9.5], BLUE), MATTE),
-        SceneObject("reed", box([-3.0, -1.0, 2.0], [-2.8, 1.6, 2.2], (0.3, 0.45, 0.1), sway=1.0), MATTE),
+        SceneObject("reed", box([-3.0, -1.0, 2.0], [-2.8, 1.6, 2.2], (0.3, 0.45, 0.1), sway=sway), MATTE),
     )
 
 
@@ -91,18 +92,6 @@ def entry_of(name: str, parts: tuple[SceneObject, ...]) -> SceneEntry:
         own=OWN,
         load=lambda: Scene(name, parts),
     )
-
-
-@contextmanager
-def registered(*entries: SceneEntry) -> Iterator[None]:
-    """The world, and these entries beside it, stand in the catalogue for a while."""
-    added = {entry.name: entry for entry in (entry_of(NAME, objects()), *entries)}
-    SCENES.update(added)
-    try:
-        yield
-    finally:
-        for name in added:
-            del SCENES[name]
 
 
 def cut_above(mesh: Mesh, level: float) -> Mesh:
@@ -136,6 +125,19 @@ def mirrored_copies(level: float) -> tuple[SceneObject, ...]:
     flip[1, 3] = 2 * level
     return tuple(
         replace(part, name=f"{part.name} mirrored", mesh=cut_above(part.mesh, level).transformed(flip))
-        for part in objects()
+        for part in objects(sway=0.0)
         if part.mesh.position[:, 1].max() > level
     )
+
+
+@contextmanager
+def registered() -> Iterator[None]:
+    """The worlds of this module stand in the catalogue for a while."""
+    speck = SceneObject("speck", box([800, 0, 800], [801, 1, 801], RED), MATTE)
+    scenes = {NAME: objects(), STILL: objects(sway=0.0), COPY: mirrored_copies(LEVEL), EMPTY: (speck,)}
+    SCENES.update({name: entry_of(name, parts) for name, parts in scenes.items()})
+    try:
+        yield
+    finally:
+        for name in scenes:
+            del SCENES[name]

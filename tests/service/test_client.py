@@ -158,6 +158,7 @@ def test_the_awaited_job_is_the_blocking_jobs_twin(server: Server) -> None:
     assert data.startswith(b"\x89PNG")
 
 
+@pytest.mark.slow  # a server of its own
 def test_a_key_opens_a_server_that_asks_for_one(
     start_server: Callable[..., AbstractContextManager[Server]],
 ) -> None:
