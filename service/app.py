@@ -18,6 +18,7 @@ from service.artifacts import LocalArtifacts
 from service.engines.catalogue import ENGINES
 from service.frames import Deadlines, FrameCache
 from service.jobs import Jobs
+from service.places import Places
 from service.problems import problem_of
 from service.routes import catalogue, frames, health, jobs, page, schema, turntable
 from service.routes.answering import release
@@ -76,7 +77,6 @@ def put_together(settings: Settings) -> Parts:
         max_frames_per_worker=settings.worker_frames,
         max_rss=settings.worker_bytes,
     )
-    engine.start()
     cache = FrameCache(
         engine,
         artifacts,
@@ -94,8 +94,13 @@ def put_together(settings: Settings) -> Parts:
         max_frames=settings.limits.job_frames,
         limits=settings.limits,
     )
-    work.start()
-    return Parts(settings, engine, cache, work, time.monotonic())
+    engine.start()
+    try:
+        work.start()
+    except BaseException:
+        engine.close(0.0)
+        raise
+    return Parts(settings, engine, cache, work, Places(settings.limits.sequences), time.monotonic())
 
 
 def close(parts: Parts) -> None:

@@ -15,13 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import psutil
+import millpond
 from millpond import Millpond
 from rich.console import Console
 
 from renderer.encode.verify import verify_movie
 
 OUT = Path("out/demo")
-TURNTABLE = {"frames": 96, "fps": 24.0}
+TURNTABLE: millpond.Turntable = {"frames": 96, "fps": 24.0}
 SIZE = {"width": 640, "height": 360}
 START_SECONDS = 120.0
 """How long a first start may take: it bakes the scene."""
@@ -42,7 +43,7 @@ def main() -> int:
     OUT.mkdir(parents=True, exist_ok=True)
     with service(console) as url, Millpond(url, timeout=600.0) as client:
         info = client.info()
-        console.print(f"driver      {info['renderer']['driver']}")
+        console.print(f"driver      {info['renderer']}")
         for name, request in STILLS.items():
             began = time.perf_counter()
             frame = client.frame({"width": 1280, "height": 720, **request})
@@ -56,7 +57,7 @@ def turntable(console: Console, client: Millpond) -> None:
     """Run the turntable job, fetch what it made, and verify the movie by decoding it."""
     psutil.cpu_percent(percpu=True)
     began = time.perf_counter()
-    job = client.turntable_job(frame=SIZE, outputs=["mp4"], **TURNTABLE)
+    job = client.turntable_job(SIZE, outputs=["mp4"], **TURNTABLE)
     job.wait()
     seconds = time.perf_counter() - began
     load = psutil.cpu_percent(percpu=True)

@@ -80,7 +80,7 @@ TABLE: Mapping[type[Exception], str] = {
     errors.WorkerDied: "renderer-crashed",
     errors.FrameTimedOut: "deadline",
     errors.FramePoisoned: "frame-set-aside",
-    errors.QueueFull: "queue-full",
+    errors.Overloaded: "queue-full",
     errors.EngineUnavailable: "not-ready",
     errors.StoreUnavailable: "store-unavailable",
     errors.UnknownJob: "unknown-job",

@@ -68,6 +68,8 @@ class Limits(BaseModel):
     """Jittered sub-frames of one frame."""
     sequence_frames: int = Field(600, ge=1)
     """Frames of a sequence or turntable that is answered as it renders."""
+    sequences: int = Field(4, ge=1)
+    """Sequences and turntables that are answered as they render at one time."""
     job_frames: int = Field(20_000, ge=1)
     """Frames of one job."""
     body_bytes: int = Field(1_048_576, ge=1024)

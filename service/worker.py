@@ -141,7 +141,7 @@ class Worker:
         request = FrameRequest.parse(json.loads(task.request))
         if request.key() != task.key:
             raise EngineUnavailable("The renderer's sources changed while the service ran: restart it.", retry_after=60)
-        name = artifact_name(task.key, self._renderer.fingerprint)
+        name = artifact_name(task.key, self.facts.fingerprint)
         artifact = self._artifacts.verified(name)
         timings: dict[str, float] = {}
         if artifact is None:
@@ -153,10 +153,10 @@ class Worker:
             timings = {"render": rendered - started, "encode": perf_counter() - rendered}
         return FrameReport(
             key=task.key,
-            fingerprint=self._renderer.fingerprint,
+            fingerprint=self.facts.fingerprint,
             digest=artifact.digest,
             size=artifact.size,
-            driver=self._renderer.driver,
+            driver=self.facts.driver,
             timings=timings,
             rss=_resident(),
             live_objects=self._renderer.live_objects(),

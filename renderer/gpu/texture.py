@@ -28,11 +28,13 @@ class GpuTexture:
         *,
         wrap: str,
         is_mipmapped: bool,
+        blends_mipmaps: bool = True,
     ) -> None:
         self.device, self.texture = device, texture
         repeats = wrap == "repeat"
         texture.repeat_x = texture.repeat_y = repeats
-        minify = moderngl.LINEAR_MIPMAP_LINEAR if is_mipmapped else moderngl.LINEAR
+        mipmapped = moderngl.LINEAR_MIPMAP_LINEAR if blends_mipmaps else moderngl.LINEAR_MIPMAP_NEAREST
+        minify = mipmapped if is_mipmapped else moderngl.LINEAR
         texture.filter = (minify, moderngl.LINEAR)
         device.live += 1
 
@@ -68,7 +70,9 @@ def upload(device: Device, source: Texture) -> GpuTexture:
         for number, level in enumerate(levels[1:], 1):
             texture.write(level.tobytes(), level=number, alignment=1)
     device.check_errors(f"texture {source.name}")
-    return GpuTexture(device, texture, wrap=source.wrap, is_mipmapped=True)
+    return GpuTexture(
+        device, texture, wrap=source.wrap, is_mipmapped=True, blends_mipmaps=source.blends_mipmaps
+    )
 
 
 def mip_levels(source: Texture) -> list[NDArray[np.generic]]:

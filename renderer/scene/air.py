@@ -36,12 +36,14 @@ COLOR_FROM_SPECTRUM = np.array(
 """Linear sRGB of the four wavelengths; sunlight outside the air is white."""
 
 
+_ERFCX = (0.17087277, -0.82215223, 1.48851587, -1.13520398, 0.27886807, -0.18628806, 0.09678418, 0.37409196, 1.00002368)
+
+
 def erfcx(z: float) -> float:
     """exp(z²) erfc(z) for z of 0 or more, to a relative 1.2e-7 (Press et al. 1992, section 6.2)."""
     t = 1.0 / (1.0 + 0.5 * z)
-    series = (0.17087277, -0.82215223, 1.48851587, -1.13520398, 0.27886807, -0.18628806, 0.09678418, 0.37409196, 1.00002368)
     polynomial = 0.0
-    for coefficient in series:
+    for coefficient in _ERFCX:
         polynomial = coefficient + t * polynomial
     return float(t * np.exp(-1.26551223 + t * polynomial))
 
@@ -86,4 +88,4 @@ def sunlight(elevation: float, turbidity: float) -> NDArray[np.float64]:
     ``elevation`` in degrees; under the horizon the light of the horizon stands in, so that dusk has a hue.
     """
     mu = np.sin(np.radians(max(elevation, 0.0)))
-    return np.maximum(COLOR_FROM_SPECTRUM @ np.exp(-optical_depth(float(mu), turbidity)), 0.0)
+    return np.asarray(np.maximum(COLOR_FROM_SPECTRUM @ np.exp(-optical_depth(float(mu), turbidity)), 0.0))

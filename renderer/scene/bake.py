@@ -100,6 +100,7 @@ def packed(scene: Scene) -> dict[str, NDArray[Any]]:
             "is_srgb": texture.is_srgb,
             "wrap": texture.wrap,
             "mipmaps": texture.mipmaps,
+            "blends_mipmaps": texture.blends_mipmaps,
         }
         for key, texture in scene.textures.items()
     ]
@@ -144,6 +145,7 @@ def unpacked(arrays: Arrays) -> Scene:
             is_srgb=part["is_srgb"],
             wrap=part["wrap"],
             mipmaps=part["mipmaps"],
+            blends_mipmaps=part["blends_mipmaps"],
         )
         for number, part in enumerate(about["textures"])
     }

@@ -169,7 +169,10 @@ def _dressed(  # noqa: PLR0917 - all that a crown is made of
         facing = _unit(facing * [1.0, 0.25, 1.0])
     reach = np.hypot(at[:, 0] - middle[0], at[:, 2] - middle[2]) / (species.spread * tall)
     above = (at[:, 1] / tall - species.base) / (1 - species.base)
-    depth = np.clip(np.maximum(reach, np.abs(above - 0.45) * 1.5), 0, 1)
+    if species.lobes:
+        depth = np.clip(np.maximum(reach, np.abs(above - 0.45) * 1.5), 0, 1)
+    else:
+        depth = np.clip(reach / np.maximum(1 - above, 0.1), 0, 1)
     occlusion = (0.6 + 0.45 * depth**1.3) * (0.88 + 0.2 * out[:, 1]) * (0.86 + 0.2 * above)
     occlusion *= 1 + 0.04 * rng.normal(size=count)
     hue = hues[lobe] + rng.normal(0, 0.025, count)

@@ -164,18 +164,18 @@ def pine(seed: int, texels: int) -> NDArray[np.float32]:
     rng = Generator(PCG64(seed))
     canvas = Canvas(texels)
     tufts = []
-    for _ in range(52):
+    for _ in range(30):
         turn, reach = rng.uniform(0, 2 * np.pi), 0.36 * np.sqrt(rng.uniform(0.02, 1))
         tufts.append((rng.uniform(), 0.5 + reach * np.cos(turn), 0.46 + 0.8 * reach * np.sin(turn)))
     for depth, x, y in sorted(tufts):
         centre = np.array([x, y])
-        canvas.line(np.array([[0.5, 0.4], [x, y]]), (92, 66, 46), 0.007)
-        for _ in range(60):
+        canvas.line(np.array([[0.5, 0.4], [x, y]]), (84, 80, 58), 0.004)
+        for _ in range(46):
             angle = np.pi / 2 + rng.normal(0, 0.95)
-            length = rng.uniform(0.06, 0.12)
+            length = rng.uniform(0.07, 0.13)
             shade = 0.48 + 0.5 * depth + 0.12 * np.sin(angle) + rng.normal(0, 0.06)
             end = centre + length * np.array([np.cos(angle), np.sin(angle)])
-            canvas.line(np.stack([centre, end]), tinted((110, 130, 98), shade, rng.normal(0, 0.04)), 0.0058)
+            canvas.line(np.stack([centre, end]), tinted((110, 130, 98), shade, rng.normal(0, 0.04)), 0.0085)
     return canvas.texture()
 
 
@@ -188,7 +188,7 @@ def spruce(seed: int, texels: int) -> NDArray[np.float32]:
         x = rng.uniform(-1, 1)
         top = 0.86 - 0.3 * abs(x) ** 1.5 - rng.uniform(0, 0.34)
         twigs.append(
-            (rng.uniform() * 0.7 + 0.3 * (1 - top), 0.5 + 0.4 * x, top, -np.pi / 2 + 0.75 * x + rng.normal(0, 0.2))
+            (rng.uniform() * 0.7 + 0.3 * (1 - top), 0.5 + 0.34 * x, top, -np.pi / 2 + 0.75 * x + rng.normal(0, 0.2))
         )
     for depth, x, y, angle in sorted(twigs):
         length = rng.uniform(0.1, 0.2)

@@ -70,7 +70,7 @@ def _pads(rng: Generator, places: Array, size: Array, detail: Detail) -> Mesh:
     x, z = (radial * f(turn + heading)[:, None] for f in (np.cos, np.sin))
     wave = 0.012 * np.sin(turn * 4 + heading * 7)[:, None] * rings[:, None] ** 2
     y = curl[:, None] * rings[:, None] ** 3 + wave + x * tilt[:, :1, None] + z * tilt[:, 1:, None]
-    flat = np.stack([x, y, z], axis=-1).reshape(n, -1, 3)
+    flat = np.stack([x, y, z], axis=-1).reshape(n, len(rings) * spokes, 3)
     hub = np.zeros((n, 1, 3)) - [0.0, 0.012, 0.0]
     local = np.concatenate([hub, flat], axis=1)
     lift = LIFT + 0.0022 * (np.arange(n) % 5)

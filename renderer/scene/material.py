@@ -79,3 +79,5 @@ class Texture:
     wrap: Literal["repeat", "clamp"] = "repeat"
     mipmaps: Literal["box", "coverage"] = "box"
     """``coverage`` rescales alpha in each level so that foliage keeps its area."""
+    blends_mipmaps: bool = True
+    """Whether two levels are mixed; one alone costs a CPU a third less, where no step between levels shows."""

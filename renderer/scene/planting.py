@@ -100,7 +100,9 @@ def _bank_plants(seed: int, height: Field, shore: Array, density: Field | None) 
         objects.append(_object(f"grass-{k}", meshes, leaves.BLADES, "grass", casts_shadow=False))
     for k, part in enumerate(scatter.sectors(tall, 8)):
         mesh = plants.grass(seed + 20 + k, tall[part], height=0.5, detail="map")
-        objects.append(_object(f"grass-tall-{k}", [mesh, mesh], leaves.BLADES, "grass", casts_shadow=False, in_maps=False))
+        objects.append(
+            _object(f"grass-tall-{k}", [mesh, mesh], leaves.BLADES, "grass", casts_shadow=False, in_maps=False)
+        )
     for k, hue in enumerate(plants.HEADS):
         places = scatter.bank(seed + 5 + k, height, shore, 70, falloff=2.6, between=(0.2, 3.0), density=density)
         mesh = plants.flowers(seed + k, places, hue=hue)
@@ -128,7 +130,9 @@ def _woods(seed: int, height: Field) -> list[SceneObject]:
     tall = np.asarray(7.0 + 2.8 * (np.arange(len(wild)) * 0.618 % 1), np.float64)
     for k, part in enumerate(scatter.sectors(wild, 8)):
         mesh = trees.far_trees(seed + k, wild[part], names[part].tolist(), tall[part])
-        objects.append(_object(f"wild-{k}", [mesh, mesh], leaves.LEAVES, "tree"))
+        objects.append(_object(f"wild-{k}", [mesh, mesh], leaves.LEAVES, "tree", casts_shadow=False))
+    casters = trees.far_casters(seed, wild, names.tolist(), tall)
+    objects.append(_object("wild-shadows", [_buried(wild[0]), casters], leaves.LEAVES, "tree", in_maps=False))
     for number, (count, inner, outer, is_mirrored) in enumerate(BELTS):
         far = scatter.ring(seed + 11 + number, height, count, inner=inner, outer=outer, apart=8.0)
         for k, part in enumerate(scatter.sectors(far, 8)):
@@ -139,6 +143,12 @@ def _woods(seed: int, height: Field) -> list[SceneObject]:
                 )
             )
     return objects
+
+
+def _buried(place: Array) -> Mesh:
+    """One small triangle under the ground: the mesh of what only the sun sees."""
+    corners = place - np.array([[0.0, 2.0, 0.0], [0.0, 2.0, 0.01], [0.01, 2.0, 0.0]])
+    return Mesh.build(corners, np.array([[0, 1, 2]]))
 
 
 def _object(

@@ -5,7 +5,7 @@ points in metres, one plant (or tuft) each. ``detail="map"`` gives the cheaper l
 the same silhouettes, for ``SceneObject.map_mesh``. All of them wear ``leaves.BLADES``; they read the
 texture ``foliage`` (``leaves.atlas()``).
 
-    reeds(seed, places, *, height=1.75, detail="full")      common reed with plumes, in shallow water
+    reeds(seed, places, *, height=1.62, detail="full")     common reed with plumes, in shallow water
     cattails(seed, places, *, height=1.45, detail="full")  straps and brown spikes
     sedge(seed, places, *, height=0.55, detail="full")     arching tussocks of the waterline
     grass(seed, places, *, height=0.28, detail="full")     tufts of the bank
@@ -41,11 +41,11 @@ HEADS: Mapping[Hue, tuple[str, float, int]] = MappingProxyType(
 """Strip of the atlas, length in metres and number of a flower's petals."""
 
 
-def reeds(seed: int, places: Array, *, height: float = 1.75, detail: Detail = "full") -> Mesh:
+def reeds(seed: int, places: Array, *, height: float = 1.62, detail: Detail = "full") -> Mesh:
     """Common reed: a leaning culm, long arching leaves most of which point downwind, a drooping plume."""
     rng = Generator(PCG64([seed, 1]))
     n = len(places)
-    tall = height * np.clip(rng.normal(0.9, 0.12, n), 0.55, 1.15)
+    tall = height * np.clip(rng.normal(0.92, 0.12, n), 0.55, 1.08)
     wind = rng.uniform(0, 2 * np.pi)
     azimuth = wind + rng.normal(0, 0.9, n)
     tilt = np.abs(rng.normal(0.03, 0.05, n))[:, None] + np.stack([np.zeros(n), rng.uniform(0.03, 0.25, n)], axis=1)

@@ -20,7 +20,7 @@ from renderer.scene.scene import Scene, SceneObject
 from renderer.scene.shore import Shore, shape_shore
 
 AXIS = terrain.Axis(1025)
-TERRAIN_TRIANGLES, MAP_TRIANGLES = 62_000, 10_000
+TERRAIN_TRIANGLES, MAP_TRIANGLES = 60_000, 8_000
 PATH_AXIS = AXIS.texels(1024)
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
@@ -115,9 +115,8 @@ def terrain_objects(land: Land) -> list[SceneObject]:
     height = land.shore.height
     world = AXIS.world
     away = np.hypot(world[None, :], world[:, None])
-    seen = 1 / (0.5 + away / 16) * np.where(height < -0.12, 0.14, 1.0)
-    step = np.clip(0.7 + away / 14, 0.7, 9.0) / AXIS.spacing[:, None]
-    error = terrain.split_errors(height, seen.astype(np.float32), step.astype(np.float32))
+    seen = 1 / (0.5 + away / 16) * np.where(height < -0.12, 0.08, 1.0)
+    longest = np.clip(0.7 + away / 14, 0.7, 9.0) / AXIS.spacing[:, None]
     sunk = height.copy()
     sunk[[0, -1]] -= 4.0  # a skirt, so that no gap shows where the hills' sheet takes over
     sunk[:, [0, -1]] -= 4.0
@@ -131,13 +130,17 @@ def terrain_objects(land: Land) -> list[SceneObject]:
         np.zeros((0, 3), np.uint32),
     )
     full, plain = (
-        terrain.tiled(vertices, terrain.fitted(error, count), TILES, AXIS.reach)
-        for count in (TERRAIN_TRIANGLES, MAP_TRIANGLES)
+        _tiles(vertices, terrain.split_errors(height, seen.astype(np.float32), cap.astype(np.float32)), count)
+        for cap, count in ((longest, TERRAIN_TRIANGLES), (4 * longest, MAP_TRIANGLES))
     )
     return [
-        SceneObject(f"ground {number}", full[number], GROUND, frozenset({"terrain"}), map_mesh=plain.get(number))
+        SceneObject(f"ground {number}", full[number], GROUND, frozenset({"terrain"}), map_mesh=plain[number])
         for number in full
     ]
+
+
+def _tiles(vertices: Mesh, error: Floats, triangles: int) -> dict[int, Mesh]:
+    return terrain.tiled(vertices, terrain.fitted(error, triangles), TILES, AXIS.reach)
 
 
 def rock_objects(land: Land) -> list[SceneObject]:
@@ -175,7 +178,7 @@ def hill_objects(seed: int) -> list[SceneObject]:
     tags = frozenset({"hills"})
     parts = []
     for name, rows, material, columns in (
-        ("woods", hills.NEAR_ROWS, HILLS, 600),
+        ("woods", hills.NEAR_ROWS, HILLS, 480),
         ("mountains", hills.FAR_ROWS, MOUNTAINS, 360),
     ):
         full, plain = (hills.hill_sheet(seed, rows, count, 12) for count in (columns, 180))
@@ -213,7 +216,8 @@ def draw_textures(land: Land, woods: Floats) -> list[Texture]:
         "wood_detail": textures.wood_detail(DETAIL_TEXELS, land.seed + 2),
         "canopy_detail": textures.canopy_detail(DETAIL_TEXELS, land.seed + 3),
     }
-    return [Texture("ground", colors, wrap="clamp"), *(Texture(name, image) for name, image in details.items())]
+    ground_map = Texture("ground", colors, wrap="clamp", blends_mipmaps=False)
+    return [ground_map, *(Texture(name, image, blends_mipmaps=False) for name, image in details.items())]
 
 
 def _scattered_stones(shore: Shore, seed: int) -> list[rocks.Stone]:

@@ -48,7 +48,7 @@ LOW_TINT = (1.15, 0.88, 0.98)
 LOW_ELEVATION = 18.0
 """Elevation under which that white balance sets in, degrees."""
 DISC = 60.0
-"""Radiance of the sun's disc for a sun of strength 1: some thousandth of the truth, so that half floats hold its sum."""
+"""Radiance of the sun's disc for a sun of strength 1: a thousandth of the truth, so that half floats hold it."""
 STRONGEST = 300.0
 """Strength of the sun past which the sky grows no brighter: half floats end at 65504."""
 GROUND = (0.16, 0.165, 0.13)
@@ -138,7 +138,8 @@ def sky_light(
     """The light of a sky under the request's sun.
 
     ``sun_direction`` is the unit vector towards the sun, None for none; ``sun_radiance`` its colour times intensity;
-    ``ambient`` the scene's own, which is all that a sky without sun has: where it is clear its irradiance over pi is just that.
+    ``ambient`` the scene's own, which is all that a sky without sun has: where it is clear its irradiance over pi
+    is just that.
     """
     strength = min(float(np.max(sun_radiance)), STRONGEST)
     if sun_direction is None or strength <= 0.0:

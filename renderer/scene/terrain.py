@@ -189,7 +189,8 @@ def fitted(error: Floats, triangles: int) -> NDArray[np.int64]:
     order = np.argsort(error, axis=None)[::-1]
     count = 2 + np.cumsum(gain.ravel()[order])
     last = int(np.searchsorted(count, triangles, side="right"))
-    return triangulated(error, float(error.ravel()[order[min(last, size * size - 1)]]))
+    threshold = float(error.ravel()[order[min(last, size * size - 1)]])
+    return triangulated(error, min(threshold, float(np.finfo(np.float32).max)))
 
 
 def tiled(vertices: Mesh, index: NDArray[np.int64], tiles: int, reach: float) -> dict[int, Mesh]:

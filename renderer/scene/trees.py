@@ -24,11 +24,15 @@ from numpy.typing import NDArray
 from renderer.scene import leaves
 from renderer.scene.crowns import Array, Crown, Detail, grow
 from renderer.scene.mesh import Mesh
-from renderer.scene.portraits import FILL, STRETCH
+from renderer.scene.portraits import STRETCH
 from renderer.scene.species import Kind
 
 FURROWED, BIRCH_BARK = (0.03, 0.47), (0.53, 0.97)
 """The two halves of the bark texture in u."""
+BEHIND = 1.6
+"""How far behind a portrait its shadow's caster stands, metres."""
+FOOT = 0.02
+"""Share of a portrait's cell that stands in the ground."""
 FAN = np.array([[0, k, k + 1] for k in range(1, 7)])
 """The triangles of an octagon."""
 
@@ -104,12 +108,13 @@ def far_trees(seed: int, places: Array, names: Sequence[str], heights: Array) ->
     """
     rng = Generator(PCG64([seed, 53]))
     order = np.argsort(np.hypot(places[:, 0], places[:, 2]), kind="stable")
-    places, chosen, tall = places[order], np.array(names)[order], heights[order] / FILL
+    places, chosen = places[order], np.array(names)[order]
     count = len(places)
     width = np.where(np.char.startswith(chosen, "thicket"), STRETCH, 1.0)
     mirrored = rng.choice([-1.0, 1.0], count)
     hulls = np.stack([leaves.hull(name) for name in chosen])
-    local = (hulls - [0.5, 0.02]) * tall[:, None, None]
+    tall = heights[order] / (hulls[..., 1].max(axis=1) - FOOT)
+    local = (hulls - [0.5, FOOT]) * tall[:, None, None]
     facing = -places * [1.0, 0.0, 1.0]
     facing /= np.linalg.norm(facing, axis=1, keepdims=True)
     right = np.stack([facing[:, 2], np.zeros(count), -facing[:, 0]], axis=1) * (width * mirrored)[:, None]
@@ -123,6 +128,16 @@ def far_trees(seed: int, places: Array, names: Sequence[str], heights: Array) ->
     uv = np.stack([leaves.at(name, leaves.hull(name)) for name in chosen])
     triangles = np.where(mirrored[:, None, None] > 0, FAN, FAN[:, ::-1])
     return _merged(position, normal, uv, color, triangles)
+
+
+def far_casters(seed: int, places: Array, names: Sequence[str], heights: Array) -> Mesh:
+    """What may cast the shadows of ``far_trees``: the same portraits, ``BEHIND`` metres farther out.
+
+    A card that the sun sees edge-on lies within its own shadow's texels and would turn black, so it must
+    not cast one itself.
+    """
+    away = np.hypot(places[:, 0], places[:, 2])[:, None]
+    return far_trees(seed, places * (1 + BEHIND / away * [1.0, 0.0, 1.0]), names, heights)
 
 
 def belt(seed: int, places: Array, *, height: float = 9.0) -> Mesh:

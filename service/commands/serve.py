@@ -7,7 +7,9 @@ import logging
 import signal
 import socket
 import sys
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 from typing import Any
 
@@ -62,6 +64,7 @@ def run(arguments: Sequence[str]) -> int:
     from service.app import close, create_app, put_together  # noqa: PLC0415 -- a wrong option is told before half a second of imports
     from service.protocol import BoundedProtocol  # noqa: PLC0415 -- as above
 
+    _make_folder(settings.data_dir)
     parts = put_together(settings)
     server = uvicorn.Server(
         uvicorn.Config(
@@ -146,6 +149,15 @@ def _bind(settings: Settings) -> socket.socket:
         return socket.create_server((settings.host, settings.port), family=family, backlog=2048)
     except OSError as error:
         raise Usage(f"{settings.host}:{settings.port} can't be bound: {error.strerror or error}") from error
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path):
+            pass
+    except OSError as error:
+        raise Usage(f"{path} can't be written: {error.strerror}") from error
 
 
 def _printable(host: str) -> str:

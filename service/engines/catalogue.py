@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from service.engines.base import Engine
 from service.engines.inline import InlineEngine
@@ -19,8 +19,4 @@ def _inline(artifacts: Path, *, require: Literal["any", "gpu", "cpu"] = "any", *
 
 
 ENGINES: dict[str, Callable[..., Engine]] = {"local": LocalEngine, "inline": _inline}
-
-
-def make_engine(name: str, *, artifacts_dir: Path, **options: Any) -> Engine:
-    """The engine of that name, not yet started; its options are ``LocalEngine``'s."""
-    return ENGINES[name](artifacts_dir, **options)
+"""Each takes the artifacts' folder and ``LocalEngine``'s options, and is not yet started."""

@@ -1,7 +1,8 @@
 """The dispatcher: one thread that leases frames, has them drawn, and reports.
 
-It keeps ``slots + 1`` frames on their way, so that no core waits for the next and little has to be taken back. A
-frame that is stored already, by key and checksum, is done without drawing. What an engine or a disk can't do at
+It keeps ``slots + 1`` frames on their way, so that no core waits for the next and little has to be taken back.
+Leases are fetched a few ahead and reports handed in together, since a transaction costs as much for one as for ten.
+A frame that is stored already, by key and checksum, is done without drawing. What an engine or a disk can't do at
 present is no frame's fault: the frame is released and the dispatcher holds its breath.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import logging
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -34,6 +36,10 @@ log = logging.getLogger(__name__)
 
 TICK = 1.0
 """Seconds after which it looks again even if nothing happened."""
+INTERVAL = 0.25
+"""Seconds for which reports are gathered before they are handed in together."""
+MOST_AHEAD = 64
+"""Leases that it may hold beside those on their way."""
 TRIES = 2
 """How often a frame may be begun."""
 LONGEST_HOLD = 5.0
@@ -68,12 +74,16 @@ class Dispatcher:
         self._leases = Leases(store, owner)
         self._expiry_seconds = expiry_seconds
         self._on_ended = on_ended
+        self._ready: deque[Lease] = deque()
         self._out: dict[Lease, _Out] = {}
         self._landed: SimpleQueue[tuple[Lease, Future[FrameReport]]] = SimpleQueue()
         self._reports: list[Report] = []
         self._wakes = threading.Event()
-        self._is_closed = False
-        self._hold_until = self._renew_at = self._clean_at = 0.0
+        self._is_asked = self._is_closed = False
+        self._ahead = 2
+        self._may_claim = True
+        """Whether the last exchange gave all that was wanted, so that the next may too."""
+        self._last = self._hold_until = self._renew_at = self._clean_at = 0.0
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
 
     def start(self, *, is_alone: bool) -> None:
@@ -87,7 +97,8 @@ class Dispatcher:
         self._thread.start()
 
     def wake(self) -> None:
-        """There may be something to do."""
+        """Something was submitted or decided: look at once."""
+        self._is_asked = True
         self._wakes.set()
 
     def close(self, timeout: float = 10.0) -> None:
@@ -101,7 +112,7 @@ class Dispatcher:
 
     def _run(self) -> None:
         while not self._is_closed:
-            self._wakes.wait(TICK)
+            self._wakes.wait(INTERVAL if self._reports else TICK)
             self._wakes.clear()
             try:
                 self._round()
@@ -113,26 +124,59 @@ class Dispatcher:
 
     def _round(self) -> None:
         """Report, claim, begin, until there is nothing more to do at once."""
-        while not self._is_closed:
-            self._collect()
-            want = 0 if monotonic() < self._hold_until else self._cache.engine.capacity + 1 - len(self._out)
-            if not (self._reports or self._out or want > 0):
-                return
-            reported = tuple(self._reports)
-            is_due = monotonic() > self._renew_at
-            got = self._leases.exchange(reported, want, list(self._out), renews=is_due)
-            del self._reports[: len(reported)]
-            if is_due:
-                self._renew_at = monotonic() + LEASE_SECONDS / 3
-            for job_id in got.ended:
-                self._on_ended(job_id)
-            for out in [out for out in self._out.values() if out.lease.job_id in got.unwanted]:
-                del self._out[out.lease]
-                out.ticket.leave()
-            for lease in got.claimed:
-                self._begin(lease)
-            if not self._reports:
-                return
+        self._collect()
+        self._fill()
+        while self._is_due() and not self._is_closed:
+            self._exchange()
+            self._fill()
+
+    @property
+    def _room(self) -> int:
+        """How many more frames may be on their way."""
+        return 0 if monotonic() < self._hold_until else self._cache.engine.capacity + 1 - len(self._out)
+
+    def _is_due(self) -> bool:
+        """Whether it is time for a transaction."""
+        if self._is_asked or monotonic() > self._last + TICK:
+            return True
+        if self._reports and (monotonic() > self._last + INTERVAL or not (self._out or self._ready)):
+            return True
+        return self._room > 0 and not self._ready and self._may_claim
+
+    def _exchange(self) -> None:
+        """Hand in the reports, fetch leases."""
+        if self._is_asked:  # something more urgent may be there now: choose anew
+            self._is_asked = False
+            self._reports += map(Released, self._ready)
+            self._ready.clear()
+        reported = tuple(self._reports)
+        self._ahead = min(MOST_AHEAD, max(2, 2 * len(reported)))
+        room = self._room
+        want = room + self._ahead - len(self._ready) if room > 0 else 0
+        renews = monotonic() > self._renew_at
+        got = self._leases.exchange(reported, want, [*self._out, *self._ready], renews=renews)
+        self._last = monotonic()
+        del self._reports[: len(reported)]
+        if renews:
+            self._renew_at = self._last + LEASE_SECONDS / 3
+        self._may_claim = want > 0 and len(got.claimed) == want
+        for job_id in got.ended:
+            self._on_ended(job_id)
+        self._drop(got.unwanted)
+        self._ready += got.claimed
+
+    def _drop(self, job_ids: frozenset[str]) -> None:
+        """Draw nothing more for these jobs."""
+        for out in [out for out in self._out.values() if out.lease.job_id in job_ids]:
+            del self._out[out.lease]
+            out.ticket.leave()
+        if job_ids:
+            self._ready = deque(lease for lease in self._ready if lease.job_id not in job_ids)
+
+    def _fill(self) -> None:
+        """Send off what is ready, as far as there is room."""
+        while self._ready and self._room > 0 and not self._is_closed:
+            self._begin(self._ready.popleft())
 
     def _begin(self, lease: Lease) -> None:
         try:
@@ -152,7 +196,7 @@ class Dispatcher:
     def _land(self, lease: Lease, future: Future[FrameReport]) -> None:
         """Called by whichever thread ends the frame."""
         self._landed.put((lease, future))
-        self.wake()
+        self._wakes.set()
 
     def _collect(self) -> None:
         """Turn what has landed, and what is lost, into reports."""
@@ -186,8 +230,9 @@ class Dispatcher:
         self._collect()
         for out in self._out.values():
             out.ticket.leave()
-            self._reports.append(Released(out.lease))
+        self._reports += map(Released, [*self._out, *self._ready])
         self._out.clear()
+        self._ready.clear()
         try:
             self._leases.exchange(self._reports, 0)
         except OperationalError:

@@ -34,11 +34,11 @@ def running_version() -> str:
     return f"{release()}-{source_digest()[:12]}"
 
 
-def identity(frame: FrameRequest, etag: str, fingerprint: str) -> dict[str, str]:
+def identity(frame: FrameRequest, key: str, etag: str, fingerprint: str) -> dict[str, str]:
     """The headers that are known before anything is rendered."""
     headers = {
         "ETag": etag,
-        "X-Frame-Key": frame.key(),
+        "X-Frame-Key": key,
         "X-Fingerprint": fingerprint,
         "Vary": "Accept",
     }

@@ -46,7 +46,7 @@ class Boundary:
             return
         headers = Headers(scope=scope)
         request_id = _request_id(headers)
-        scope.setdefault("state", {})["request_id"] = request_id
+        scope.setdefault("state", {}).update(request_id=request_id, is_head=scope["method"] == "HEAD")
         begun = time.perf_counter()
         status = 0
 
@@ -61,7 +61,8 @@ class Boundary:
 
         try:
             self._admit(scope, headers)
-            await self.app(scope, receive, send_with_id)
+            # HEAD is GET whose body the protocol does not send
+            await self.app({**scope, "method": "GET"} if scope["method"] == "HEAD" else scope, receive, send_with_id)
         except ClientLeft:
             status = status or CLIENT_CLOSED
         except Exception as error:  # noqa: BLE001 -- this is the place where every one becomes an answer

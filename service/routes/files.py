@@ -14,6 +14,7 @@ from starlette.responses import Response, StreamingResponse
 
 from service.problems import Problem
 from service.routes.answering import is_known_to
+from service.routes.parts import is_head
 
 PIECE = 1 << 20
 """Bytes that are read and sent at a time."""
@@ -36,7 +37,7 @@ async def file_answer(request: Request, path: Path, media_type: str, etag: str, 
     if (start, stop) != (0, size):
         headers["Content-Range"] = f"bytes {start}-{stop - 1}/{size}"
     status = 206 if "Content-Range" in headers else 200
-    if request.method == "HEAD":
+    if is_head(request):
         file.close()
         return Response(status_code=200, headers=headers, media_type=media_type)
     return StreamingResponse(_pieces(file, start, stop), status, headers, media_type)

@@ -10,12 +10,13 @@ from renderer.encode.image import FORMATS
 from renderer.errors import FieldProblem
 from renderer.query import RESERVED
 from renderer.request import FrameRequest
+from service.artifacts import artifact_name
 from service.asking import frame_request
 from service.frames import StoredFrame
 from service.problems import invalid
 from service.routes import schema
 from service.routes.answering import caching, header_text, identity, is_known_to, provenance
-from service.routes.parts import Parts, parts_of, request_id
+from service.routes.parts import Parts, is_head, parts_of, request_id
 from service.routes.reading import (
     accepted_format,
     known_suffix,
@@ -29,7 +30,6 @@ router = APIRouter(tags=["frames"])
 
 
 @router.get("/v1/frame", operation_id="frame", **schema.frame_by_query)
-@router.head("/v1/frame", include_in_schema=False)
 async def show_frame(request: Request) -> Response:
     """A frame, described by a dotted query; its format by ``format``, or by an ``Accept`` that names exactly one.
 
@@ -40,7 +40,6 @@ async def show_frame(request: Request) -> Response:
 
 
 @router.get("/v1/frame.{suffix}", operation_id="frame_as", **schema.frame_by_query_and_suffix)
-@router.head("/v1/frame.{suffix}", include_in_schema=False)
 async def show_frame_as(request: Request, suffix: str) -> Response:
     """A frame, described by a dotted query; its format by the suffix."""
     return await _shown(request, known_suffix(suffix))
@@ -51,11 +50,12 @@ async def _shown(request: Request, suffix: str | None) -> Response:
     data, version = read_query(request.scope["query_string"])
     frame = frame_request(data, parts.settings.limits, suffix=suffix, preferred=accepted_format(request.headers))
     marks = await fingerprint(parts)
-    etag = parts.frames.etag(frame)
-    headers = {**identity(frame, etag, marks), **caching(parts.settings, version)}
+    key = frame.key()
+    etag = f'"{artifact_name(key, marks)}"'
+    headers = {**identity(frame, key, etag, marks), **caching(parts.settings, version)}
     if is_known_to(request.headers.get("if-none-match", ""), etag):
         return Response(status_code=304, headers=headers)
-    if request.method == "HEAD" and not parts.frames.find(frame):
+    if is_head(request) and not parts.frames.find(frame):
         return _described(frame, headers, parts)
     return await _drawn(request, frame, headers)
 
@@ -68,7 +68,8 @@ async def post_frame(request: Request) -> Response:
     data = await read_json(request, parts.settings.limits)
     frame = frame_request(data, parts.settings.limits, preferred=accepted_format(request.headers))
     marks = await fingerprint(parts)
-    headers = {**identity(frame, parts.frames.etag(frame), marks), **caching(parts.settings)}
+    key = frame.key()
+    headers = {**identity(frame, key, f'"{artifact_name(key, marks)}"', marks), **caching(parts.settings)}
     return await _drawn(request, frame, headers)
 
 

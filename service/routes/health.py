@@ -26,14 +26,12 @@ router = APIRouter(tags=["health"])
 
 
 @router.get("/livez", operation_id="live", response_class=PlainTextResponse)
-@router.head("/livez", include_in_schema=False)
 async def live() -> Response:
     """Whether the event loop turns; it says nothing of the renderer."""
     return PlainTextResponse("alive\n", headers=NEVER)
 
 
 @router.get("/readyz", operation_id="ready", responses=schema.problems(503))
-@router.head("/readyz", include_in_schema=False)
 async def ready(request: Request) -> Response:
     """Whether every worker has drawn its canary frame, right and alike."""
     engine = parts_of(request).engine

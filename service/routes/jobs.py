@@ -109,7 +109,6 @@ def _image(request: Request, stored: StoredFrame, suffix: str, cached: dict[str,
         **schema.problems(404, 409, 410, 416),
     },
 )
-@router.head("/v1/jobs/{job_id}/{product}", include_in_schema=False)
 async def product(request: Request, job_id: str, product: str) -> Response:
     """A product, verified against the job's frames: whole, or by one Range.
 

@@ -91,7 +91,6 @@ describe();
 
 
 @router.get("/")
-@router.head("/")
 async def front() -> HTMLResponse:
     """A live frame, a few controls, and the calls that draw the same."""
     return page("Millpond", FRONT, SCRIPT)

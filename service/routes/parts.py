@@ -10,6 +10,7 @@ from starlette.requests import Request
 from service.engines.base import Engine
 from service.frames import FrameCache
 from service.jobs import Jobs
+from service.places import Places
 from service.settings import Settings
 
 
@@ -21,6 +22,8 @@ class Parts:
     engine: Engine
     frames: FrameCache
     jobs: Jobs
+    sequences: Places
+    """Of the answers that are drawn while they are sent."""
     started: float
     """Monotonic seconds at which the service started."""
 
@@ -28,6 +31,11 @@ class Parts:
 def parts_of(request: Request) -> Parts:
     """The parts that answer this request."""
     return cast("Parts", request.app.state.parts)
+
+
+def is_head(request: Request) -> bool:
+    """Whether only the headers will be sent: HEAD reaches the routes as GET, and most need not care."""
+    return bool(request.scope["state"]["is_head"])
 
 
 def request_id(request: Request) -> str:

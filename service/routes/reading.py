@@ -80,11 +80,17 @@ def parse_json(body: bytes) -> dict[str, Any]:
     return data
 
 
-def _repeated_paths(value: Any, path: str = "") -> list[str]:
-    if isinstance(value, _Repeated):
-        return [path]
-    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    return [found for name, item in items for found in _repeated_paths(item, f"{path}.{name}" if path else str(name))]
+def _repeated_paths(data: Any) -> list[str]:
+    """Where names stand twice; by a list of what is left to look at, since a body may nest deeper than Python does."""
+    found: list[str] = []
+    left: list[tuple[str, Any]] = [("", data)]
+    while left:
+        path, value = left.pop()
+        if isinstance(value, _Repeated):
+            found.append(path)
+        items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        left += [(f"{path}.{name}" if path else str(name), item) for name, item in items]
+    return sorted(found)
 
 
 def read_query(query: bytes) -> tuple[dict[str, Any], str | None]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncGenerator, AsyncIterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -12,6 +13,7 @@ import anyio
 import anyio.to_thread
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 from renderer.encode.image import FORMATS
 from renderer.errors import Cancelled, FieldProblem, InvalidRequest
@@ -48,6 +50,13 @@ async def turntable(request: Request) -> Response:
     body = await read_json(request, limits)
     output, plan = _asked(body, parts, sole_type(request.headers))
     await fingerprint(parts)
+    with ExitStack() as held:
+        held.enter_context(parts.sequences.place())
+        return await _answer(request, parts, plan, output, held)
+
+
+async def _answer(request: Request, parts: Parts, plan: TurntablePlan, output: str, held: ExitStack) -> Response:
+    """The answer; what is held is let go when its last byte is out."""
     headers = {"Cache-Control": "no-store", "Vary": "Accept", "X-Frame-Count": str(len(plan.requests))}
     if output == "mp4":
         movie = await while_connected(request, _movie(request, parts, plan))
@@ -58,7 +67,7 @@ async def turntable(request: Request) -> Response:
     except BaseException:
         await chunks.aclose()
         raise
-    return StreamingResponse(_from(first, chunks), headers=headers, media_type=MEDIA_TYPES[output])
+    return _Held(chunks, first, held.pop_all(), headers=headers, media_type=MEDIA_TYPES[output])
 
 
 def _asked(body: Mapping[str, Any], parts: Parts, accepted: str | None) -> tuple[str, TurntablePlan]:
@@ -103,14 +112,26 @@ async def _logged(request: Request, parts: Parts, plan: TurntablePlan) -> AsyncI
             await frames.aclose()
 
 
+class _Held(StreamingResponse):
+    """A streamed answer that gives back what it holds when it ends, also when it never began."""
+
+    def __init__(self, chunks: AsyncGenerator[bytes, None], first: bytes, held: ExitStack, **facts: Any) -> None:
+        super().__init__(_from(first, chunks), **facts)
+        self._chunks = chunks
+        self._held = held
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            with self._held, anyio.CancelScope(shield=True):
+                await self._chunks.aclose()
+
+
 async def _from(first: bytes, rest: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
-    try:
-        yield first
-        async for chunk in rest:
-            yield chunk
-    finally:
-        with anyio.CancelScope(shield=True):
-            await rest.aclose()  # type: ignore[attr-defined]  # an async generator
+    yield first
+    async for chunk in rest:
+        yield chunk
 
 
 async def anext_of(chunks: AsyncIterator[bytes]) -> bytes:

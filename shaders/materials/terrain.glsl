@@ -17,6 +17,7 @@ Surface material_surface(vec3 position_world, vec3 normal_world, vec2 uv, vec4 c
     float stones = max(1.0 - 2.0 * base.a, 0.0);
     float shade = 1.0 + stones * (2.0 * detail.b - 1.0) + grass * (2.0 * detail.a - 1.0);
     vec2 tilt = (2.0 * detail.rg - 1.0) * (stones + GRASS_RELIEF * grass);
-    vec3 albedo = material.albedo * color.rgb * linear_from_root(base.rgb) * shade;
+    // The ground has no vertex colours: unread, they need not be interpolated.
+    vec3 albedo = material.albedo * linear_from_root(base.rgb) * shade;
     return Surface(albedo, normalize(normal_world + vec3(tilt.x, 0.0, tilt.y)), 1.0, 0.0);
 }

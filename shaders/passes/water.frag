@@ -33,7 +33,7 @@ void main()
     point.sun_visibility = sun_visibility(shadow_place);
     WaterShade shade = shade_water(point);
 #ifdef SHOWS_WEIGHT
-    result = vec4(vec3(shade.reflection_weight), 1.0);
+    result = vec4(rounded_to_half(vec3(shade.reflection_weight)), 1.0);
 #elif defined(SHOWS_MASK)
     result = vec4(1.0);
 #else

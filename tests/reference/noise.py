@@ -1,4 +1,4 @@
-"""Lattice noise. Written from Perlin 2002 and from the words of each hash, in Python's whole numbers and double precision."""
+"""Lattice noise. Written from Perlin 2002 and the words of each hash, in whole numbers and double precision."""
 
 from __future__ import annotations
 

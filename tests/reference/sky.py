@@ -18,7 +18,8 @@ ALL = np.arange(380.0, 781.0, 5.0)
 _OZONE_AT = np.arange(380.0, 781.0, 20.0)
 _OZONE = np.array(
     [
-        0.05, 0.15, 0.55, 1.6, 3.7, 7.5, 14.8, 21.4, 30.9, 42.7, 44.0, 50.2, 37.4, 26.6, 18.5, 12.1, 7.5, 5.1, 4.2, 2.5, 2.5,
+        0.05, 0.15, 0.55, 1.6, 3.7, 7.5, 14.8, 21.4, 30.9, 42.7, 44.0,
+        50.2, 37.4, 26.6, 18.5, 12.1, 7.5, 5.1, 4.2, 2.5, 2.5,
     ],
 )  # fmt: skip
 """Cross section at 233 K, 1e-26 m² (Serdyuchenko et al. 2014), every 20 nm."""
@@ -33,7 +34,9 @@ def rayleigh(wavelength: ArrayLike) -> Floats:
 
 def ozone(wavelength: ArrayLike) -> Floats:
     """Absorption in the middle of a 300-Dobson layer, a tent 15 km to each side (Bruneton 2017), per km."""
-    return np.asarray(np.interp(wavelength, _OZONE_AT, _OZONE) * 1e-26 * 300.0 * DOBSON / 15e3 * 1e3)
+    return np.asarray(
+        np.interp(np.asarray(wavelength, np.float64), _OZONE_AT, _OZONE) * 1e-26 * 300.0 * DOBSON / 15e3 * 1e3
+    )
 
 
 def aerosol(wavelength: ArrayLike, turbidity: float) -> Floats:
@@ -49,7 +52,7 @@ def height(h: ArrayLike, mu: ArrayLike, t: ArrayLike) -> Floats:
 
 
 def path(h: float, mu: float, points: int = 20000) -> tuple[Floats, Floats]:
-    """Distances to the middles of steps up to the top of the air, and their lengths, fine near the ray's lowest point."""
+    """Middles and lengths of steps up to the top of the air, fine near the ray's lowest point."""
     r = RADIUS + h
     lowest = max(-r * mu, 0.0)
     end = -r * mu + np.sqrt(r * r * (mu * mu - 1.0) + TOP * TOP)
@@ -71,11 +74,12 @@ def optical_depth(h: float, mu: float, turbidity: float, wavelength: ArrayLike =
     )
 
 
-def single_scattering(mu: float, azimuth: float, sun_mu: float, turbidity: float, h: float = 0.05) -> tuple[Floats, Floats]:
+def single_scattering(mu: float, azimuth: float, sun_mu: float, turbidity: float) -> tuple[Floats, Floats]:
     """Light scattered once by air and by aerosol (Hillaire 2020, equation 1 without phase functions), (4,) each.
 
-    ``azimuth`` from the sun, radians; the sun's irradiance is 1.
+    ``azimuth`` from the sun, radians; the sun's irradiance is 1. The eye is 50 m up.
     """
+    h = 0.05
     t, dt = path(h, mu, 400)
     heights = height(h, mu, t)
     density = np.exp(-heights / 8.0)[:, None] * rayleigh(FOUR)
@@ -112,7 +116,7 @@ def color(spectrum: ArrayLike) -> Floats:
     srgb = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
     response = srgb @ xyz * planck
     response /= response.sum(1, keepdims=True)
-    return np.asarray(spectrum @ response.T)
+    return np.asarray(np.asarray(spectrum, np.float64) @ response.T)
 
 
 X = ((1.056, 599.8, 0.0264, 0.0323), (0.362, 442.0, 0.0624, 0.0374), (-0.065, 501.1, 0.0490, 0.0382))
@@ -121,12 +125,12 @@ Z = ((1.217, 437.0, 0.0845, 0.0278), (0.681, 459.0, 0.0385, 0.0725))
 
 
 def _matching(lobes: tuple[tuple[float, ...], ...]) -> Floats:
-    parts = [w * np.exp(-0.5 * ((ALL - m) * np.where(ALL < m, below, above)) ** 2) for w, m, below, above in lobes]
+    parts = [w * np.exp(-0.5 * ((ALL - m) * np.where(m > ALL, below, above)) ** 2) for w, m, below, above in lobes]
     return np.asarray(np.sum(parts, axis=0))
 
 
 def table_place(direction: ArrayLike) -> Floats:
-    """Place in the sky table: Cigolle et al. 2014, section 3.4 (hemi-octahedron), of directions whose height is doubled."""
+    """Place in the sky table: Cigolle et al. 2014, section 3.4 (hemi-octahedron), with heights doubled."""
     d = np.asarray(direction, np.float64) * [1.0, 2.0, 1.0]
     p = d / np.abs(d).sum(-1, keepdims=True)
     return np.asarray(np.stack([p[..., 0] + p[..., 2], p[..., 0] - p[..., 2]], -1) / 2.0 + 0.5)

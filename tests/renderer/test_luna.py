@@ -70,7 +70,7 @@ WEIGHTS = [(0.1, 2.0), (0.0, 1.0), (-0.3, 1.0), (-0.25, 3.0), (0.4, 0.5), (0.0, 
 @pytest.mark.parametrize("camera", [STEEP, GRAZING, {**STEEP, "orthographic": {"height": 9.0}, "fov_y": None}])
 @pytest.mark.parametrize(("bias", "power"), WEIGHTS)
 def test_the_weight_is_the_formula_at_every_pixel(bias: float, power: float, camera: dict[str, Any]) -> None:
-    assert weight_error(bias, power, camera) <= 0.55
+    assert weight_error(bias, power, camera) <= 0.58
 
 
 def test_a_negative_bias_reflects_everything_before_grazing() -> None:
@@ -313,7 +313,7 @@ OTHER: dict[str, Any] = {
 def test_every_parameter_changes_the_water_and_nothing_else(name: str) -> None:
     glittering = {"direction": [-5.0, 4.0, -8.0], "shadows": False}
     view = {**PLAIN, "sun": glittering, "time": 2.0}
-    region = mask(water={name: OTHER[name]}) | mask()
+    region = mask(time=2.0, water={name: OTHER[name]}) | mask(time=2.0)
     plain, other = (picture(**view, water=water) for water in ({}, {name: OTHER[name]}))
 
     assert furthest(plain, other, region) > 3

@@ -29,7 +29,7 @@ CAMERAS: dict[str, dict[str, Any]] = {
     "upright": {**EYE, "fov_y": 45},
     "rolled": {"position": [7.0, 3.2, 9.0], "yaw": 38.0, "pitch": -14.0, "roll": 22.0},
     "off axis": {**EYE, "intrinsics": {"fx": 110.0, "fy": 120.0, "cx": 30.0, "cy": 70.0}},
-    "parallel": {**EYE, "orthographic": {"height": 9.0}},
+    "parallel": {"eye": [12.0, 12.0, 16.0], "target": [0.0, 0.3, 0.0], "orthographic": {"height": 9.0}},
     "steep": {"eye": [2.0, 9.0, 6.0], "target": [0.0, 0.0, 0.0], "fov_y": 70},
 }
 MIST = {"color": [0.5, 0.6, 0.7], "density": 0.03, "height_falloff": 0.2}
@@ -134,11 +134,10 @@ def test_a_flat_window_is_the_scene_without_water_to_the_bit(camera: dict[str, A
 def test_with_smooth_edges_a_window_differs_at_the_waters_edge_alone(camera: dict[str, Any]) -> None:
     wet, dry = (picture(camera=camera, water=water, msaa=4) for water in (WINDOW, {"extents": DRY}))
     water = mask(camera=camera)
-    away = inside(~water)
-    slivers = (wet != dry).any(axis=-1) & away  # of water between two pixels' centres
+    away = inside(water) | inside(~water)
+    slivers = (wet != dry).any(axis=-1) & away  # of water or land between two pixels' centres
 
-    assert furthest(wet, dry, inside(water)) == 0
-    assert slivers.sum() <= 0.002 * away.sum()
+    assert slivers.sum() <= 0.001 * away.sum()
 
 
 def test_a_window_with_ripples_or_a_trace_of_reflection_fails() -> None:

@@ -113,6 +113,7 @@ def test_the_terrain_has_the_triangles_that_were_planned(scene: Scene) -> None:
     plain = sum(len(part.map_mesh.index) for part in ground if part.map_mesh is not None)
     assert 60_000 < full <= 66_000
     assert plain < full / 4
+    assert all(part.map_mesh is not None for part in ground)
     assert 16 <= len(ground) <= 64
 
 

@@ -100,6 +100,11 @@ def test_the_cap_bounds_the_longest_edge(height: Floats) -> None:
     assert edges.max() <= 9.0
 
 
+def test_what_the_cap_forces_is_made_past_the_wanted_number(height: Floats) -> None:
+    error = terrain.split_errors(height * 0, np.ones_like(height), np.full_like(height, 9.0))
+    assert len(terrain.fitted(error, 100)) == len(terrain.triangulated(error, 0.1)) > 100
+
+
 def test_normals_are_unit_and_lean_downhill() -> None:
     slope = np.broadcast_to(0.5 * AXIS.world.astype(np.float32), (AXIS.count, AXIS.count))
     normal = terrain.grid_normals(AXIS, np.ascontiguousarray(slope))

@@ -24,6 +24,7 @@ STOP_SECONDS = 20.0
 SMALL = (
     "--workers=2",
     "--limits.sequence-frames=24",
+    "--limits.sequences=2",
     "--limits.job-frames=60",
     "--limits.body-bytes=65536",
     "--log-format=json",

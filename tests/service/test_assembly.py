@@ -173,7 +173,7 @@ def test_the_contact_sheet_shows_the_job(jobs: Jobs) -> None:
             assert frame.getpixel((5, 5)) in colours
 
 
-# ------------------------------------------------------------------------------------------------------ when and when not
+# ------------------------------------------------------------------------------------------ when and when not
 
 
 def test_products_wait_for_their_frames(jobs: Jobs, tmp_path: Path) -> None:

@@ -72,6 +72,8 @@ BAD_BODIES: list[tuple[str, dict[str, Any]]] = [
     ('{"water": {"technique": "luna", "tile_0": 1, "tile_0": 2}}', {"path": "water.tile_0"}),
     ('{"camera": "\\ud800"}', {"path": "camera"}),
     ("[1, 2]", {"path": "", "value": [1, 2]}),
+    ('{"x": 1, "x": ' + "[" * 900 + "]" * 900 + "}", {"path": "x"}),
+    ('{"water": ' + "[" * 900 + "]" * 900 + "}", {"path": "water"}),
     ('"pond"', {"path": "", "value": "pond"}),
 ]
 
@@ -196,6 +198,15 @@ def test_a_wrong_method_is_405_with_allow(http: httpx.Client, method: str, path:
     assert answer.headers["allow"]
 
 
+def test_head_is_get_without_its_body(http: httpx.Client) -> None:
+    for path in ("/", "/livez", "/v1/info", "/v1/limits", "/v1/jobs", "/docs"):
+        head = http.head(path)
+        assert head.status_code == 200, path
+        assert not head.content
+    assert http.head("/v1/jobs/none").status_code == 404
+    assert http.head("/v1/turntable").status_code == 405
+
+
 def test_an_unknown_host_is_refused(http: httpx.Client) -> None:
     for host in ("evil.example", "evil.example:80", "127.0.0.1.evil.example", "", "[::2]", "[:::]"):
         problem(http.get("/livez", headers={"Host": host}), 421, "unknown-host")
@@ -248,41 +259,6 @@ def test_every_kind_of_problem_has_its_page(http: httpx.Client, name: str) -> No
     assert answer.headers["content-type"].startswith("text/html")
     assert str(KINDS[name].status) in answer.text
     assert KINDS[name].path in http.get("/problems").text
-
-
-def test_turntable_mistakes_are_told_from_the_body_down(http: httpx.Client) -> None:
-    body = {
-        "frame": {"water": {"technique": "luna", "tile_0": -1}},
-        "turntable": {"frames": 0, "sweeep": 3},
-        "output": ["zip"],
-    }
-    found = mistakes(http.post("/v1/turntable", json=body))
-
-    paths = ["frame.water.tile_0", "output", "turntable.frames", "turntable.sweeep"]
-    assert sorted(mistake["path"] for mistake in found) == paths
-
-
-@pytest.mark.parametrize(
-    ("body", "path", "bound"),
-    [
-        ({"turntable": {"frames": 25}}, "turntable.frames", "<= 24"),
-        ({"turntable": {"sweep": 90}}, "turntable.loop", "a multiple of 360"),
-        ({"outputs": ["avi"]}, "outputs", "[one of zip, mp4]"),
-        ({"outputs": ["zip", "mp4"]}, "outputs", "[one of zip, mp4]"),
-        ({"outputs": [["zip"]]}, "outputs", "[one of zip, mp4]"),
-        ({"format": ["zip"]}, "format", "one of zip, mp4"),
-        ({"outputs": ["zip"], "format": "mp4"}, "format", "zip"),
-        ({"kind": "sweep"}, "kind", "turntable"),
-        ({"frame": 3}, "frame", "an object"),
-        ({"frame": {"width": 100_000}}, "frame.width", "<= 8192"),
-        ({"turntable": 3}, "turntable", None),
-    ],
-)
-def test_a_bad_turntable_is_refused(http: httpx.Client, body: dict[str, Any], path: str, bound: str | None) -> None:
-    (mistake,) = mistakes(http.post("/v1/turntable", json={"turntable": {"frames": 2}, **body}))
-
-    assert mistake["path"] == path
-    assert mistake.get("bound") == bound
 
 
 def test_bad_input_leaves_the_service_as_it_was(http: httpx.Client, server: Server) -> None:

@@ -6,11 +6,8 @@ import base64
 import hashlib
 import io
 import json
-import time
-import zipfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import Any
 from urllib.parse import urlsplit
 
 import httpx
@@ -19,7 +16,7 @@ from PIL import Image
 
 from renderer.encode.png import read_png_text
 from renderer.request import FrameRequest
-from tests.service.conftest import Server, movie_frames
+from tests.service.conftest import Server
 
 SIZE = {"width": 64, "height": 36}
 QUERY = "width=64&height=36"
@@ -188,51 +185,6 @@ def test_content_location_is_left_out_where_it_would_be_too_long(http: httpx.Cli
     short = http.get(f"/v1/frame.png?{QUERY}")
 
     assert len(short.headers["content-location"]) < 8192
-
-
-def turntable(frames: int, **body: Any) -> dict[str, Any]:
-    """The body of a small turntable."""
-    return {"frame": dict(SIZE), "turntable": {"frames": frames, "fps": 12}, **body}
-
-
-def test_a_turntable_is_a_zip_whose_frames_are_the_frames_of_get(http: httpx.Client) -> None:
-    answer = http.post("/v1/turntable", json=turntable(4))
-
-    assert answer.status_code == 200
-    assert answer.headers["content-type"] == "application/zip"
-    archive = zipfile.ZipFile(io.BytesIO(answer.content))
-    assert archive.testzip() is None
-    frames = [name for name in archive.namelist() if name.endswith(".png")]
-    assert frames == [f"frame_{index:08d}.png" for index in range(4)]
-    for name in frames:
-        data = archive.read(name)
-        request = json.loads(read_png_text(data)["millpond"])
-        assert http.post("/v1/frame", json=request).content == data
-
-
-@pytest.mark.parametrize(
-    ("extra", "headers"),
-    [({"outputs": ["mp4"]}, {}), ({"format": "mp4"}, {}), ({}, {"Accept": "video/mp4"})],
-)
-def test_a_turntable_is_a_movie_where_one_is_asked_for(
-    http: httpx.Client, extra: dict[str, Any], headers: dict[str, str]
-) -> None:
-    answer = http.post("/v1/turntable", json=turntable(6, **extra), headers=headers)
-
-    assert answer.headers["content-type"] == "video/mp4"
-    assert movie_frames(answer.content) == 6
-
-
-def test_a_client_that_leaves_stops_the_turntable(http: httpx.Client, server: Server) -> None:
-    before = drawn(http)
-    body = turntable(24)
-    body["frame"] = {"width": 320, "height": 180, "samples": 4, "seed": 99}
-    with httpx.stream("POST", f"{server.url}/v1/turntable", json=body, timeout=60) as answer:
-        next(answer.iter_raw())
-    settled = -1
-    while settled != (settled := drawn(http)):
-        time.sleep(1.0)
-    assert settled - before < 24
 
 
 def test_with_api_keys_frames_are_private_and_need_a_key(
