@@ -60,7 +60,7 @@ class Sun(Declaration):
     def towards(self) -> NDArray[np.float64]:
         """The unit vector towards the sun."""
         if self.direction is not None:
-            return np.array(self.direction) / np.linalg.norm(self.direction)
+            return np.asarray(np.array(self.direction) / np.linalg.norm(self.direction))
         return compass_direction(self.azimuth or 0.0, self.elevation or 0.0)
 
     @property

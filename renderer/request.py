@@ -177,8 +177,9 @@ def invalid(error: ValidationError, prefix: str = "", given: Any = None) -> Inva
 
 def _problem(details: ErrorDetails, given: Any) -> FieldProblem:
     is_unknown = details["type"] == "extra_forbidden"
-    *inner, last = ("", *details["loc"])
-    parts = [part for part in inner if part != "" and not _is_tag(part)]
+    place: list[int | str] = list(details["loc"]) or [""]
+    last = place.pop()
+    parts = [part for part in place if not _is_tag(part)]
     if last != "" and (is_unknown or not _is_tag(last)):
         parts.append(last)
     context = details.get("ctx", {})

@@ -14,8 +14,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import psutil
 import millpond
+import psutil
 from millpond import Millpond
 from rich.console import Console
 

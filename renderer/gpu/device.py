@@ -66,7 +66,7 @@ class Device:
 
     def _make_current(self) -> None:
         # Whoever made a context last holds the thread: without this a second device would draw for the first.
-        self.context.__enter__()
+        self.context.__enter__()  # type: ignore[no-untyped-call]  # moderngl types all else
         _THREAD.device = self
 
     def check_errors(self, where: str) -> None:

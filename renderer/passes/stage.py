@@ -53,7 +53,8 @@ class Stage:
     def __init__(self, device: Device, scene: Scene) -> None:
         self.device, self.name = device, scene.name
         self._textures = {name: upload(device, source) for name, source in scene.textures.items()}
-        self._materials = {part.material: Uniforms(device, part.material.block) for part in scene.objects}
+        materials = {part.material for part in scene.objects}  # each once: what a dict drops is never released
+        self._materials = {material: Uniforms(device, material.block) for material in materials}
         self.parts = [self._part(source) for source in scene.objects]
         self._bounds = {
             False: _stack([part.geometry for part in self.parts]),

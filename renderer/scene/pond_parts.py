@@ -144,27 +144,32 @@ def _tiles(vertices: Mesh, error: Floats, triangles: int) -> dict[int, Mesh]:
 
 
 def rock_objects(land: Land) -> list[SceneObject]:
-    """The boulders, each alone, and the stones by quarters."""
+    """Boulders and stones by quarters; the small ones apart, because the maps and shadows leave them out."""
     tags = frozenset({"rock"})
     parts = []
-    for number, boulder in enumerate(BOULDERS):
-        level = 3 if number in HEROES else 2 if number in NEAR or max(boulder.size) > 0.6 else 1
-        full, plain = (
-            rocks.stones([boulder], land.seed + 211 * number, detail, land.height) for detail in (level, level - 1)
-        )
-        parts.append(SceneObject(f"boulder {number}", full, ROCK, tags, map_mesh=plain))
     for quarter in range(4):
-        for level, low, high in ((0, 0.0, 0.2), (1, 0.2, 9.0)):
-            chosen = [
-                stone
-                for stone in land.stones
-                if (stone.x > 0) + 2 * (stone.z > 0) == quarter and low <= max(stone.size) < high
-            ]
-            mesh = rocks.stones(chosen, land.seed + 5000 + 2 * quarter + level, level, land.height)
-            parts.append(
-                SceneObject(f"stones {quarter}.{level}", mesh, ROCK, tags, casts_shadow=level > 0, in_maps=level > 0),
-            )
+        full, plain = [], []
+        for number, boulder in enumerate(BOULDERS):
+            if _quarter(boulder) != quarter:
+                continue
+            level = 3 if number in HEROES else 2 if number in NEAR or max(boulder.size) > 0.6 else 1
+            for meshes, detail in ((full, level), (plain, level - 1)):
+                meshes.append(rocks.stones([boulder], land.seed + 211 * number, detail, land.height))
+        here = [stone for stone in land.stones if _quarter(stone) == quarter]
+        large = [stone for stone in here if max(stone.size) >= 0.2]
+        small = [stone for stone in here if max(stone.size) < 0.2]
+        full.append(rocks.stones(large, land.seed + 5000 + quarter, 1, land.height))
+        plain.append(rocks.stones(large, land.seed + 5000 + quarter, 0, land.height))
+        pebbles = rocks.stones(small, land.seed + 6000 + quarter, 0, land.height)
+        parts += [
+            SceneObject(f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain)),
+            SceneObject(f"stones {quarter}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False),
+        ]
     return parts
+
+
+def _quarter(stone: rocks.Stone) -> int:
+    return (stone.x > 0) + 2 * (stone.z > 0)
 
 
 def jetty_objects(land: Land) -> list[SceneObject]:

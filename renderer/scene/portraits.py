@@ -80,10 +80,10 @@ def _painted(
             at = middle + crown.centre[k, :2] * [unit, -unit] + [0, drop]
             _stamp(canvas, sprite, at)
     reduced = canvas.resize((texels, texels), Image.Resampling.BOX)
-    texels = np.asarray(reduced, np.float32) / np.float32(255)
+    image = np.array(reduced, np.float32) / np.float32(255)
     # Half-covered texels are thinned out, or the far mipmaps would round every leafy edge.
-    texels[..., 3] = np.clip((texels[..., 3] - 0.4) / 0.5, 0, 1)
-    return texels
+    image[..., 3] = np.clip((image[..., 3] - 0.4) / 0.5, 0, 1)
+    return image
 
 
 def _stamp(canvas: Image.Image, sprite: Image.Image, at: NDArray[np.float64]) -> None:

@@ -201,19 +201,35 @@ def tiled(vertices: Mesh, index: NDArray[np.int64], tiles: int, reach: float) ->
     axis = Axis(2, reach)
     middle = vertices.position[index].mean(axis=1)
     place = (np.stack([axis.parameter(middle[:, 0]), axis.parameter(middle[:, 2])]) + 1) / 2 * tiles
-    column, row = np.clip(place.astype(np.int64), 0, tiles - 1)
+    place = np.clip(place, 0, np.nextafter(tiles, 0))
+    column, row = place.astype(np.int64)
     cell = row * tiles + column
+    # Triangles that touch follow one another: a vertex is then shaded once, not three times.
+    order = np.lexsort((_interleaved(place % 1), cell))
+    index, cell = index[order], cell[order]
     parts = {}
     for number in np.unique(cell).tolist():
-        used, local = np.unique(index[cell == number], return_inverse=True)
+        used, first, local = np.unique(index[cell == number], return_index=True, return_inverse=True)
+        met = np.argsort(first)
+        used = used[met]
         parts[number] = Mesh(
             vertices.position[used],
             vertices.normal[used],
             vertices.uv[used],
             vertices.color[used],
-            local.reshape(-1, 3).astype(np.uint32),
+            np.argsort(met)[local].reshape(-1, 3).astype(np.uint32),
         )
     return parts
+
+
+def _interleaved(place: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Morton codes of (2, n) coordinates in 0..1: near in the code is near in the square."""
+    code = np.zeros(place.shape[1], np.int64)
+    bits = (place * 2**12).astype(np.int64)
+    for bit in range(12):
+        for axis in (0, 1):
+            code |= ((bits[axis] >> bit) & 1) << (2 * bit + axis)
+    return code
 
 
 def _raise(error: Floats, rows: slice, columns: slice, offsets: tuple[tuple[int, int], ...]) -> None:

@@ -9,8 +9,8 @@ const float CUMULUS_EXTINCTION = 18.0;    // per km: at the soft end of cumulus 
 const float CUMULUS_REACH = 45.0;         // beyond it haze has taken them
 const float CIRRUS_HEIGHT = 8.5;
 const float CIRRUS_REACH = 160.0;
-const float NEAR_STEP = 0.05;             // km, inside clouds
-const float STEP_GROWTH = 0.007;          // of the distance
+const float NEAR_STEP = 0.055;            // km, inside clouds
+const float STEP_GROWTH = 0.008;          // of the distance
 const float COLUMN_STRIDE = 0.7;          // km per unit of cumulus_column, whose slope is nearly always under 1.5 per km
 const float TEXEL = 0.002;                // radians that the finest billow must cover
 const int LIGHT_STEPS = 4;
@@ -133,7 +133,7 @@ Cumulus cumulus_along(vec3 d, vec3 sun, float eye, float coverage, float jitter,
         met.deep += share * shallow;
         met.distance += share * t;
         through -= share;
-        t += density > 0.0 ? dt : 0.6 * dt;
+        t += density > 0.0 ? dt : 0.75 * dt;
     }
     met.cover = 1.0 - through;
     float fade = 1.0 - smoothstep(0.5 * CUMULUS_REACH, CUMULUS_REACH, met.distance / max(met.cover, 1e-4));

@@ -9,7 +9,7 @@ uint hash_uint(uint x)
     return (word >> 22u) ^ word;
 }
 
-// Lattice cell to 32 bits: primes of Teschner et al. 2003, section 4.1, then a multiply-xorshift finaliser, because
+// Lattice cell to 32 bits: primes of Teschner et al. 2003, section 4.1, then the mixer of Wellons 2018, because
 // the bare xor leaves diagonal lines. p: cell; seed: any.
 uint hash_cell(ivec3 p, uint seed)
 {

@@ -1,4 +1,4 @@
-"""The same request is the same bytes: by HTTP, in a job, in the client, on the command line, in any process and order."""
+"""One request, one file: by HTTP, in a job, in the client, on the command line, in any process and order."""
 
 from __future__ import annotations
 
@@ -70,8 +70,7 @@ def test_a_request_is_one_digest_everywhere(
     found.append(digest(http.post("/v1/frame", json=REQUEST).content))
     with Millpond(server.url, timeout=60) as client:
         found.append(digest(client.frame(REQUEST).data))
-        turntable = {"frames": 2, "fps": 5.0, "sweep": 360}
-        with client.turntable_job(REQUEST, outputs=["zip"], **turntable) as job:
+        with client.turntable_job(REQUEST, outputs=["zip"], frames=2, fps=5.0, sweep=360.0) as job:
             job.wait(progress=False)
             found.append(digest(job.frame(0).data))
     with start_server("--workers=1") as other, httpx.Client(base_url=other.url, timeout=60) as alone:
