@@ -15,6 +15,10 @@ from renderer.camera import compass_direction
 from renderer.units import Angle, Color, Direction, Length, Number, Vec3
 
 
+SETTING = 0.0175
+"""Sine of the elevation under which a sun that casts shadows begins to set: 1 degree."""
+
+
 class Sun(Declaration):
     """A directional light; give ``direction`` (towards the sun) or ``azimuth`` and ``elevation``."""
 
@@ -64,6 +68,11 @@ class Sun(Declaration):
         return compass_direction(self.azimuth or 0.0, self.elevation or 0.0)
 
     @property
+    def share_above_horizon(self) -> float:
+        """How much of the sun the earth leaves, 0..1: with shadows it sets between 1 degree and the horizon."""
+        return float(np.clip(self.towards[1] / SETTING, 0.0, 1.0)) if self.shadows else 1.0
+
+    @property
     def radiance(self) -> NDArray[np.float64]:
         """Colour times intensity."""
         return np.asarray(np.array(self.color) * self.intensity)
@@ -107,7 +116,7 @@ class LightBlock(Block):
     def of(cls, sun: Sun | None, ambient: tuple[float, ...], water_level: float) -> LightBlock:
         """The block of these lights."""
         towards = np.array([0.0, 1.0, 0.0]) if sun is None else sun.towards
-        radiance = np.zeros(3) if sun is None else sun.radiance
+        radiance = np.zeros(3) if sun is None else sun.radiance * sun.share_above_horizon
         return cls.model_validate(
             {
                 "sun_direction": towards.tolist(),

@@ -20,7 +20,7 @@ from renderer.gpu.geometry import Uniforms
 from renderer.gpu.target import Target
 from renderer.light import LightBlock
 from renderer.passes.composite import CompositePass
-from renderer.passes.mapping import DrawnMap, draw_maps, map_look, water_window
+from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, map_look, water_window
 from renderer.passes.shadow import ShadowPass
 from renderer.passes.shadows import Shadows
 from renderer.passes.sky import Sky, SkyPass
@@ -83,6 +83,7 @@ class Renderer:
         """Draw a frame; ``Cancelled`` is raised between sub-frames once ``is_cancelled`` says so."""
         self.device.check_thread()
         began = time.perf_counter()
+        self._targets.begin_frame()  # also after a frame that failed half-way
         self._timings = {}
         size, layer = (request.width, request.height), request.layers[0]
         stage = self._stage(request.scene)
@@ -100,7 +101,6 @@ class Renderer:
         with self._pass("composite"):
             is_data = layer in SHOWS
             pixels = self._composite.encode(total or picture, output, request.tonemap, is_data=is_data)
-        self._targets.trim()
         self._timings["render"] = time.perf_counter() - began
         return Frame(pixels, self.driver, {layer: pixels}, self._timings)
 
@@ -151,7 +151,8 @@ class Renderer:
         # A map that is asked for itself, or read from another place, is drawn whole.
         is_whole = request.maps is not None or request.layers != ("color",)
         window = WHOLE if is_whole else water_window(camera, level, extents, water.reach())
-        looks = {name: (spec, map_look(spec, camera, level, window)) for name, spec in specs.items()}
+        slack = EDGE_SLACK if request.msaa > 1 and request.layers == ("color",) else 0.0
+        looks = {name: (spec, map_look(spec, camera, level, window, slack)) for name, spec in specs.items()}
         return drawn | draw_maps(looks, self._lend_map, partial(self._paint, world))
 
     def _paint(self, world: World, target: Target, look: Look, spec: MapSpec | None = None) -> None:

@@ -38,6 +38,7 @@ class Device:
         self.opengl = OpenGL()
         self.live = 0
         """How many buffers, textures and framebuffers exist: flat while frames are drawn."""
+        self._nothing: moderngl.Framebuffer | None = None
         self._programs: dict[Any, Program] = {}
         self._bindings: dict[str, int] = {}
         # Nothing is collected behind our back: what is made here is released here.
@@ -68,6 +69,12 @@ class Device:
         # Whoever made a context last holds the thread: without this a second device would draw for the first.
         self.context.__enter__()  # type: ignore[no-untyped-call]  # moderngl types all else
         _THREAD.device = self
+
+    def rest(self) -> None:
+        """Draw into nothing: a framebuffer may only be released while another one is bound."""
+        if self._nothing is None:
+            self._nothing = self.context.framebuffer([self.context.renderbuffer((1, 1))])
+        self._nothing.use()
 
     def check_errors(self, where: str) -> None:
         """Raise ``DrawError`` where OpenGL has an error to report."""

@@ -99,6 +99,7 @@ class Target:
     def release(self) -> None:
         """Free the target."""
         self.device.check_thread()
+        self.device.rest()
         self.framebuffer.release()
         if self.color is not None:
             self.color.release()
@@ -143,6 +144,7 @@ class DepthTexture:
     def release(self) -> None:
         """Free texture and framebuffer."""
         self.device.check_thread()
+        self.device.rest()
         self.framebuffer.release()
         self.texture.release()
         self.device.live -= 2

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from renderer.camera import Camera, Matrix, look_at, rotation_from_angles
 from renderer.gpu.target import Target
-from renderer.passes.view import NO_CLIP, WHOLE, Look, Window
+from renderer.passes.view import NO_CLIP, WHOLE, Look, Window, quadruple
 from renderer.water.technique import MapSpec
 
+EDGE_SLACK = 0.75
+"""Pixels: where edges are smooth, a pixel that the water covers in part may have its centre past the water's edge."""
 EPSILON = 1e-3
 """Metres: an eye nearer than this to the plane counts as this far from it."""
 
@@ -29,10 +31,11 @@ Paint = Callable[[Target, Look, MapSpec], None]
 """Draws the world into a target as a map wants it."""
 
 
-def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE) -> Look:
+def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE, slack: float = 0.0) -> Look:
     """How a map looks at the scene: its camera at the map's size, the side of the water it keeps, its window.
 
-    The window holds for maps that are read where they are drawn, by the picture's own projection.
+    The window holds for maps that are read where they are drawn, by the picture's own projection. ``slack`` is how many
+    pixels past the water are kept besides the bias, at any distance.
     """
     if spec.camera not in ("mirror", "direct"):
         window = WHOLE
@@ -49,7 +52,9 @@ def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE
     if spec.clip is None:
         return Look(made, NO_CLIP, window)
     sign = eye_side(camera, level) * (1.0 if spec.clip == "above" else -1.0)
-    return Look(made, (0.0, sign, 0.0, -sign * level + spec.bias), window)
+    plane = np.array([0.0, sign, 0.0, -sign * level + spec.bias])
+    # A pixel's height grows with w, which is linear in the place: a tilt of the plane adds as much everywhere.
+    return Look(made, quadruple(plane + slack / scaled.lens.fy * made.clip_from_world[3]), window)
 
 
 def water_window(

@@ -16,6 +16,7 @@ class Targets:
     def __init__(self, device: Device) -> None:
         self.device = device
         self._kept: dict[tuple[object, ...], tuple[Target, int]] = {}
+        self._lent: set[tuple[object, ...]] = set()
 
     def lend(
         self,
@@ -30,6 +31,7 @@ class Targets:
     ) -> Target:
         """The target for this purpose: the same one again until the next frame asks."""
         key = (purpose, size, kind, components, samples, has_depth, wrap)
+        self._lent.add(key)
         if key in self._kept:
             self._kept[key] = self._kept.pop(key)
             return self._kept[key][0]
@@ -48,14 +50,17 @@ class Targets:
         self._kept[key] = (target, cost)
         return target
 
-    def trim(self) -> None:
-        """Free what exceeds the budget, oldest first. Between frames only: a frame's own must stay."""
-        while len(self._kept) > 1 and self._held() > BUDGET:
-            self._kept.pop(next(iter(self._kept)))[0].release()
+    def begin_frame(self) -> None:
+        """Take everything back, and free what exceeds the budget, oldest first."""
+        self._lent.clear()
+        self._make_room(0)
 
     def _make_room(self, cost: int) -> None:
-        if self._held() + cost > 4 * BUDGET:
-            self.trim()
+        """Free what no pass holds, oldest first, until this many bytes more fit the budget."""
+        for key in [key for key in self._kept if key not in self._lent]:
+            if self._held() + cost <= BUDGET:
+                return
+            self._kept.pop(key)[0].release()
 
     def _held(self) -> int:
         return sum(cost for _, cost in self._kept.values())

@@ -105,8 +105,9 @@ def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]
     litter = _ramp(0.35, 0.9, woods + 0.35 * medium + 0.15 * fine) * _ramp(0.0, 0.15, woods)
     _mix(color, _LITTER, 0.38 * litter)
     color *= (1 - np.float32(0.34) * woods)[..., None]
-    # Tussocks: bright crests, dark hollows between them.
-    color *= (1 + np.float32(0.34) * fine + np.float32(0.16) * noise.stain)[..., None]
+    # Tussocks: round bright crests with narrow dark hollows between them.
+    tussock: Floats = np.minimum(np.abs(noise.stain + 0.9 * fine), 0.9)
+    color *= (np.float32(0.66) + np.float32(0.72) * tussock + np.float32(0.12) * fine)[..., None]
     worn = _ramp(0.50, 0.66, path + 0.22 * fine + 0.16 * medium)
     soil = _SOIL * (1 + np.float32(0.15) * fine + np.float32(0.12) * noise.stain)[..., None]
     color += (soil - color) * worn[..., None]

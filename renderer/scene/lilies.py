@@ -1,6 +1,7 @@
 """Water lilies: notched, slightly curling pads that float, and a few flowers among them.
 
     lily_pads(seed, places, *, radius=0.14, blooming=0.1, detail="full") -> Mesh
+    floating_pads(...), blossoms(...)                                       the two apart
 
 ``places`` (n, 3) with y at the water's level; pads lie 1 to 2 cm above it. ``float_pads`` spreads the
 places of one group without too much overlap. Wears ``leaves.BLADES``.
@@ -42,13 +43,27 @@ def lily_pads(
     seed: int, places: Array, *, radius: float = 0.14, blooming: float = 0.1, detail: Detail = "full"
 ) -> Mesh:
     """Pads at all places and flowers between some of them."""
+    pads = floating_pads(seed, places, radius=radius, detail=detail)
+    return Mesh.merge([pads, blossoms(seed, places, radius=radius, blooming=blooming, detail=detail)])
+
+
+def floating_pads(seed: int, places: Array, *, radius: float = 0.14, detail: Detail = "full") -> Mesh:
+    """The pads alone: they lie so low that a reflection need not show them."""
     rng = Generator(PCG64([seed, 32]))
-    size = radius * np.clip(rng.lognormal(0, 0.25, len(places)), 0.55, 1.5)
-    pads = _pads(rng, places, size, detail)
-    flower_rng = Generator(PCG64([seed, 33]))
-    chosen = flower_rng.uniform(size=len(places)) < blooming
-    at = places[chosen] + np.stack([size[chosen] * 0.9, np.full(int(chosen.sum()), 0.03), size[chosen] * 0.5], axis=1)
-    return Mesh.merge([pads, _blossoms(flower_rng, at, detail)])
+    return _pads(rng, places, _sizes(rng, places, radius), detail)
+
+
+def blossoms(seed: int, places: Array, *, radius: float = 0.14, blooming: float = 0.1, detail: Detail = "full") -> Mesh:
+    """The flowers alone, beside the share ``blooming`` of the pads."""
+    size = _sizes(Generator(PCG64([seed, 32])), places, radius)
+    rng = Generator(PCG64([seed, 33]))
+    chosen = rng.uniform(size=len(places)) < blooming
+    aside = np.stack([size * 0.9, np.full(len(places), 0.03), size * 0.5], axis=1)
+    return _blossoms(rng, (places + aside)[chosen], detail)
+
+
+def _sizes(rng: Generator, places: Array, radius: float) -> Array:
+    return np.asarray(radius * np.clip(rng.lognormal(0, 0.25, len(places)), 0.55, 1.5))
 
 
 def _pads(rng: Generator, places: Array, size: Array, detail: Detail) -> Mesh:

@@ -70,8 +70,10 @@ def _water_plants(seed: int, height: Field) -> list[SceneObject]:
     for k, (x, z, spread, count) in enumerate(LILIES):
         places = lilies.float_pads(seed + k, (x, z), spread, count)
         places = places[np.asarray(height(places[:, 0], places[:, 2])) < -0.12]
-        meshes = [lilies.lily_pads(seed + k, places, detail=detail) for detail in ("full", "map")]
-        objects.append(_object(f"lilies-{k}", meshes, leaves.BLADES, "lily"))
+        meshes = [lilies.floating_pads(seed + k, places, detail=detail) for detail in ("full", "map")]
+        objects.append(_object(f"lilies-{k}", meshes, leaves.BLADES, "lily", in_maps=False))
+        meshes = [lilies.blossoms(seed + k, places, detail=detail) for detail in ("full", "map")]
+        objects.append(_object(f"lilies-blossoms-{k}", meshes, leaves.BLADES, "lily"))
     for k, (x, z, radius, count) in enumerate(REED_BEDS):
         places = scatter.clump(seed + k, height, (x, z), radius, count, between=(-0.5, 0.06))
         meshes = [plants.reeds(seed + k, places, detail=detail) for detail in ("full", "map")]

@@ -20,7 +20,7 @@ from renderer.scene.scene import Scene, SceneObject
 from renderer.scene.shore import Shore, shape_shore
 
 AXIS = terrain.Axis(1025)
-TERRAIN_TRIANGLES, MAP_TRIANGLES = 60_000, 8_000
+TERRAIN_TRIANGLES, MAP_TRIANGLES = 61_000, 8_000
 PATH_AXIS = AXIS.texels(1024)
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
@@ -148,7 +148,8 @@ def rock_objects(land: Land) -> list[SceneObject]:
     tags = frozenset({"rock"})
     parts = []
     for quarter in range(4):
-        full, plain = [], []
+        full: list[Mesh] = []
+        plain: list[Mesh] = []
         for number, boulder in enumerate(BOULDERS):
             if _quarter(boulder) != quarter:
                 continue
@@ -231,7 +232,7 @@ def _scattered_stones(shore: Shore, seed: int) -> list[rocks.Stone]:
     clumps = smoothstep(-0.35, 0.55, grid_fbm(x, z, 1.5, seed + 78, octaves=2)).astype(np.float32)
     found = []
     for box, count, (least, spread, rare), thick in (
-        ((-19.0, 18.0, -16.5, 13.5), 2300, (0.05, 0.06, 0.24), 1.0),
+        ((-19.0, 18.0, -16.5, 13.5), 1800, (0.05, 0.06, 0.24), 1.0),
         ((-1.5, 10.5, 3.2, 9.0), 1000, (0.03, 0.04, 0.05), 2.2),
     ):
         table = scattered(seed + 77 + count, count, 9)

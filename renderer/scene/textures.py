@@ -22,7 +22,8 @@ def ground_detail(size: int, seed: int) -> Bytes:
     grain = grid_fbm(texel, texel, size / 128, seed + 5, octaves=2, period=float(size))
     height = height + 0.5 * grain
     stone = 0.55 + 0.42 * (shade - 0.5) + 0.040 * np.minimum(height, 6) + 0.05 * grain
-    return _packed(height, 0.42, stone, second=_blades(size, seed + 9))
+    clumps = grid_fbm(texel, texel, size / 16, seed + 11, octaves=2, period=float(size))
+    return _packed(height, 0.42, stone, second=_blades(size, seed + 9) + np.float32(0.09) * clumps)
 
 
 def rock_detail(size: int, seed: int) -> Bytes:

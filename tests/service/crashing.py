@@ -1,6 +1,7 @@
-"""A service that is killed at a chosen moment: ``python -m tests.service.crashing ROOM MOMENT NTH ENGINE``.
+"""A service that is killed at chosen moments: ``python -m tests.service.crashing ROOM ENGINE``.
 
-It submits the job of the room once, dispatches it, and ends by SIGKILL when the moment comes for the n-th time.
+Each line of its input, ``MOMENT NTH``, is a run: a child of this process submits the job of the room once, dispatches
+it, and ends by SIGKILL when the moment comes for the n-th time, or when the job has ended. Its exit code is answered.
 """
 
 from __future__ import annotations
@@ -80,11 +81,7 @@ def unfinished(jobs: Jobs) -> bool:
     return any(view.job.state in {"queued", "running"} for view in jobs.page().jobs)
 
 
-def main() -> None:
-    request.source_digest = lambda: "edited sources would be other frames"  # type: ignore[attr-defined]
-    room, moment, nth, kind = Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), sys.argv[4]
-    if moment != "never":
-        arm(moment, nth)
+def serve(room: Path, kind: str) -> None:
     make = make_inline if kind == "inline" else make_local
     with running(make(room)) as engine:
         cache = FrameCache(engine, LocalArtifacts(room / "artifacts", budget=1 << 30))
@@ -93,6 +90,24 @@ def main() -> None:
             jobs.submit(turntable(FRAMES, seed), KEY)
             while unfinished(jobs):
                 time.sleep(0.02)
+
+
+def run(room: Path, kind: str, moment: str, nth: int) -> int:
+    """Serve in a child, which is forked before any thread is; returns its exit code."""
+    child = os.fork()
+    if child == 0:
+        if moment != "never":
+            arm(moment, nth)
+        serve(room, kind)
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def main() -> None:
+    request.source_digest = lambda: "edited sources would be other frames"  # type: ignore[attr-defined]
+    for line in sys.stdin:
+        moment, nth = line.split()
+        print(run(Path(sys.argv[1]), sys.argv[2], moment, int(nth)), flush=True)
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ It is imported by worker processes, by this name.
 
 from __future__ import annotations
 
+import faulthandler
 import hashlib
 import json
 import os
@@ -42,6 +43,8 @@ class Seed(IntEnum):
     FAIL_ODDLY = 8
     """Raise what can't be pickled."""
     DRAW_SLOWLY = 9
+    SPIN_UNGUARDED = 10
+    """Hang with the CPU, without the deadline that the process holds itself."""
 
 
 class Scripted:
@@ -114,7 +117,9 @@ def _behave(seed: Seed, room: Path, key: str, is_cancelled: Callable[[], bool]) 
 def _take_time(seed: Seed, room: Path, is_cancelled: Callable[[], bool]) -> None:
     if seed is Seed.SLEEP:
         time.sleep(60)
-    elif seed is Seed.SPIN:
+    elif seed in {Seed.SPIN, Seed.SPIN_UNGUARDED}:
+        if seed is Seed.SPIN_UNGUARDED:
+            faulthandler.cancel_dump_traceback_later()
         _spin(60, lambda: False)
     elif seed is Seed.DRAW_SLOWLY:
         _spin(0.1, lambda: False)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
@@ -20,9 +20,25 @@ from tests.service.scripted import FINGERPRINT, begun, picture
 ROOT = Path(__file__).parents[2]
 
 
-def _serve(room: Path, moment: str, nth: int = 1, engine: str = "inline") -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", "tests.service.crashing", str(room), moment, str(nth), engine]
-    return subprocess.Popen(command, cwd=ROOT, start_new_session=True)
+@pytest.fixture
+def service(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "tests.service.crashing", str(tmp_path), getattr(request, "param", "inline")]
+    with subprocess.Popen(
+        command, cwd=ROOT, start_new_session=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield process
+        process.kill()
+
+
+def _start(service: subprocess.Popen[str], moment: str, nth: int = 1) -> None:
+    assert service.stdin is not None
+    service.stdin.write(f"{moment} {nth}\n")
+    service.stdin.flush()
+
+
+def _exit_code(service: subprocess.Popen[str]) -> int:
+    assert service.stdout is not None
+    return int(service.stdout.readline())
 
 
 def _artifacts(room: Path) -> list[str]:
@@ -45,34 +61,38 @@ def _assert_whole(room: Path) -> None:
 
 
 @pytest.mark.parametrize("nth", [1, 3])
-def test_a_job_survives_kill_9_at_every_step(tmp_path: Path, nth: int) -> None:
+def test_a_job_survives_kill_9_at_every_step(service: subprocess.Popen[str], tmp_path: Path, nth: int) -> None:
     """One job, one crash after another, each at another step; then an undisturbed run."""
+    (tmp_path / "artifacts").mkdir()
     for moment in MOMENTS:
-        often = 1 if moment == "submitted" else nth
-        stored = {name.split(".")[0] for name in _artifacts(tmp_path)} if (tmp_path / "artifacts").exists() else set()
+        stored = {name.split(".")[0] for name in _artifacts(tmp_path)}
         before = len(begun(tmp_path))
-        code = _serve(tmp_path, moment, often).wait(60)
+        _start(service, moment, 1 if moment == "submitted" else nth)
+        code = _exit_code(service)
         drawn_again = stored & {artifact_name(key, FINGERPRINT) for key in begun(tmp_path)[before:]}
 
         assert code == -signal.SIGKILL or (nth > 1 and code == 0), moment
         assert drawn_again == set(), moment
-    assert _serve(tmp_path, "never").wait(60) == 0
+    _start(service, "never")
+    assert _exit_code(service) == 0
 
     _assert_whole(tmp_path)
     assert len(begun(tmp_path)) <= FRAMES + 2 * len(MOMENTS)
 
 
-def test_workers_do_not_outlive_a_killed_service_and_the_next_one_goes_on(tmp_path: Path) -> None:
-    service = _serve(tmp_path, "never", engine="local")
-    try:
-        eventually(lambda: len(begun(tmp_path)) >= 3, 60)
-        workers = psutil.Process(service.pid).children(recursive=True)
-        os.kill(service.pid, signal.SIGKILL)
-        service.wait(10)
+@pytest.mark.parametrize("service", ["local"], indirect=True)
+def test_workers_do_not_outlive_a_killed_service_and_the_next_one_goes_on(
+    service: subprocess.Popen[str], tmp_path: Path
+) -> None:
+    _start(service, "never")
+    eventually(lambda: len(begun(tmp_path)) >= 3, 60)
+    (child,) = psutil.Process(service.pid).children()
+    workers = child.children(recursive=True)
+    child.kill()
 
-        assert len(workers) >= 3
-        eventually(lambda: not any(worker.is_running() for worker in workers), 20)
-        assert _serve(tmp_path, "never", engine="local").wait(60) == 0
-        _assert_whole(tmp_path)
-    finally:
-        service.kill()
+    assert _exit_code(service) == -signal.SIGKILL
+    assert len(workers) >= 3
+    eventually(lambda: not any(worker.is_running() for worker in workers), 20)
+    _start(service, "never")
+    assert _exit_code(service) == 0
+    _assert_whole(tmp_path)
