@@ -70,9 +70,7 @@ def upload(device: Device, source: Texture) -> GpuTexture:
         for number, level in enumerate(levels[1:], 1):
             texture.write(level.tobytes(), level=number, alignment=1)
     device.check_errors(f"texture {source.name}")
-    return GpuTexture(
-        device, texture, wrap=source.wrap, is_mipmapped=True, blends_mipmaps=source.blends_mipmaps
-    )
+    return GpuTexture(device, texture, wrap=source.wrap, is_mipmapped=True, blends_mipmaps=source.blends_mipmaps)
 
 
 def mip_levels(source: Texture) -> list[NDArray[np.generic]]:

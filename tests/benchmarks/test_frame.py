@@ -32,7 +32,14 @@ def drawing() -> Iterator[Renderer]:
 
 @pytest.mark.parametrize(
     "fields",
-    [{}, {"msaa": 4}, {"period": 4.0}, {"sky": "gradient"}, {"sun": {"shadows": False}}, {"water": {"ripple_height": 0.0}}],
+    [
+        {},
+        {"msaa": 4},
+        {"period": 4.0},
+        {"sky": "gradient"},
+        {"sun": {"shadows": False}},
+        {"water": {"ripple_height": 0.0}},
+    ],
     ids=["luna", "msaa 4", "period", "gradient sky", "no shadows", "flat"],
 )
 def test_frame(benchmark: BenchmarkFixture, drawing: Renderer, fields: dict[str, Any]) -> None:

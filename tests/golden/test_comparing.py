@@ -92,7 +92,9 @@ def test_a_failure_leaves_three_pictures_and_a_page_that_shows_them(tmp_path: Pa
     page = report(compare("pond <1>", expected, actual, "claim & more", "driver 1.0"), expected, actual, tmp_path)
     text = page.read_text()
 
-    assert {path.name for path in tmp_path.glob("pond*.png")} == {f"pond <1>-{k}.png" for k in ("expected", "actual", "difference")}
+    assert {path.name for path in tmp_path.glob("pond*.png")} == {
+        f"pond <1>-{k}.png" for k in ("expected", "actual", "difference")
+    }
     assert (read(tmp_path / "pond <1>-difference.png") == 9 * 16).all()
     assert (read(tmp_path / "pond <1>-actual.png") == actual).all()
     assert "up to 9/255 off, 100.00% of the pixels" in text

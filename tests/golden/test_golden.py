@@ -40,7 +40,11 @@ def test_a_frame_looks_as_it_did(name: str, is_blessing: bool) -> None:
     has_golden = golden(name).is_file()
     verdict = decide(is_pinned=PINNED in frame.renderer, has_golden=has_golden, is_ci=os.environ.get("CI") == "true")
     if verdict != "compare":
-        lack = f"golden pictures hold on {PINNED}, this is {frame.renderer}" if has_golden else "nobody blessed it: `make bless`"
+        lack = (
+            f"golden pictures hold on {PINNED}, this is {frame.renderer}"
+            if has_golden
+            else "nobody blessed it: `make bless`"
+        )
         (pytest.fail if verdict == "fail" else pytest.skip)(f"{name} was drawn, not compared: {lack}")
 
     expected = read(golden(name))

@@ -72,7 +72,9 @@ skies = st.one_of(
     st.sampled_from(["constant", "gradient", "analytic"]),
     st.fixed_dictionaries({"model": st.just("constant")}, optional={"color": color}),
     st.fixed_dictionaries({"model": st.just("gradient")}, optional={"horizon": color, "zenith": color}),
-    st.fixed_dictionaries({"model": st.just("analytic")}, optional={"turbidity": number(1, 10), "clouds": number(0, 1)}),
+    st.fixed_dictionaries(
+        {"model": st.just("analytic")}, optional={"turbidity": number(1, 10), "clouds": number(0, 1)}
+    ),
 )
 pair = st.lists(number(-2, 2), min_size=2, max_size=2)
 waters = st.one_of(
@@ -93,7 +95,8 @@ waters = st.one_of(
     ),
 )
 fogs = st.one_of(
-    st.none(), st.fixed_dictionaries({}, optional={"color": color, "density": number(0, 2), "height_falloff": number(0, 2)})
+    st.none(),
+    st.fixed_dictionaries({}, optional={"color": color, "density": number(0, 2), "height_falloff": number(0, 2)}),
 )
 tonemaps = st.one_of(
     st.sampled_from(["none", "reinhard", "aces", "agx"]),

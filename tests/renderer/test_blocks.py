@@ -95,7 +95,14 @@ def test_a_block_may_go_by_another_name() -> None:
 
 @pytest.mark.parametrize(
     "values",
-    [{"height": float("nan")}, {"height": "2"}, {"height": True}, {"direction": (1.0, 2.0)}, {"nonsense": 1}, {"count": 1.5}],
+    [
+        {"height": float("nan")},
+        {"height": "2"},
+        {"height": True},
+        {"direction": (1.0, 2.0)},
+        {"nonsense": 1},
+        {"count": 1.5},
+    ],
 )
 def test_what_is_not_declared_is_refused(values: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
@@ -111,4 +118,10 @@ def test_members_reach_the_schema_with_unit_and_text() -> None:
     schema = Sample.model_json_schema()["properties"]
 
     assert schema["height"]["x-unit"] == "m"
-    assert schema["turn"] == {"default": 180.0, "description": "A turn.", "title": "Turn", "type": "number", "x-unit": "deg"}
+    assert schema["turn"] == {
+        "default": 180.0,
+        "description": "A turn.",
+        "title": "Turn",
+        "type": "number",
+        "x-unit": "deg",
+    }

@@ -89,9 +89,9 @@ def test_orthographic_pixels_do_not_depend_on_distance() -> None:
     ahead = -camera.world_from_camera[:3, 2]
 
     assert np.abs(pixels_of(camera, world) - pixels_of(camera, world + 7 * ahead)).max() < 1e-9
-    assert np.linalg.norm(pixels_of(camera, world + camera.world_from_camera[:3, 0]) - pixels_of(camera, world), axis=1) == (
-        pytest.approx(np.full(20, 40.0))
-    )
+    assert np.linalg.norm(
+        pixels_of(camera, world + camera.world_from_camera[:3, 0]) - pixels_of(camera, world), axis=1
+    ) == (pytest.approx(np.full(20, 40.0)))
 
 
 @settings(max_examples=50)

@@ -75,7 +75,13 @@ def test_two_renderers_of_one_thread_do_not_draw_for_each_other(renderer: Render
 # --------------------------------------------------------------------------------------------------------------- no leaks
 
 ROUND: list[dict[str, Any]] = [
-    {"width": 60 + 7 * (i % 5), "height": 40 + 5 * (i % 3), "msaa": 1 + 3 * (i % 2), "samples": 1 + i % 3, "seed": i % 2}
+    {
+        "width": 60 + 7 * (i % 5),
+        "height": 40 + 5 * (i % 3),
+        "msaa": 1 + 3 * (i % 2),
+        "samples": 1 + i % 3,
+        "seed": i % 2,
+    }
     for i in range(30)
 ]
 
@@ -105,7 +111,6 @@ def draw_round(renderer: Renderer) -> None:
 
 def test_objects_do_not_multiply_while_frames_are_drawn() -> None:
     with Renderer() as renderer:
-
         draw_round(renderer)
         count, before = renderer.live_objects(), names(renderer)
         draw_round(renderer)
@@ -162,7 +167,13 @@ ENABLED = {
     "scissor": 0x0C11,
     "discard": 0x8C89,
 }
-INTEGERS = {"front face": 0x0B46, "depth function": 0x0B74, "clip origin": 0x935C, "clip depth": 0x935D, "depth mask": 0x0B72}
+INTEGERS = {
+    "front face": 0x0B46,
+    "depth function": 0x0B74,
+    "clip origin": 0x935C,
+    "clip depth": 0x935D,
+    "depth mask": 0x0B72,
+}
 CLOCKWISE_NO_MORE, REVERSED = 0x0901, 0x0206
 
 
@@ -172,7 +183,9 @@ def state(renderer: Renderer) -> dict[str, int]:
     egl = ctypes.CDLL("libEGL.so.1")
     egl.eglGetProcAddress.restype = ctypes.c_void_p
     is_enabled = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(egl.eglGetProcAddress(b"glIsEnabled"))
-    integer = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(egl.eglGetProcAddress(b"glGetIntegerv"))
+    integer = ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(
+        egl.eglGetProcAddress(b"glGetIntegerv")
+    )
     found = {name: int(is_enabled(number)) for name, number in ENABLED.items()}
     for name, number in INTEGERS.items():
         value = ctypes.c_int(0)
@@ -242,7 +255,9 @@ except NoDevice as error:
 
 def answer(require: str) -> str:
     """What a fresh process says to this demand."""
-    run = subprocess.run([sys.executable, "-c", ASK, require], cwd=ROOT, capture_output=True, text=True, check=True, timeout=120)
+    run = subprocess.run(
+        [sys.executable, "-c", ASK, require], cwd=ROOT, capture_output=True, text=True, check=True, timeout=120
+    )
     return run.stdout
 
 

@@ -20,7 +20,19 @@ from renderer.scene.material import Material
 from renderer.scene.mesh import Mesh
 from renderer.scene.scene import SceneObject
 from tests.reference import normals, tonemap
-from tests.renderer.drawing import PLAIN, SIZE, WINDOW, asked, broken_shaders, drawn, furthest, inside, linear, mask, picture
+from tests.renderer.drawing import (
+    PLAIN,
+    SIZE,
+    WINDOW,
+    asked,
+    broken_shaders,
+    drawn,
+    furthest,
+    inside,
+    linear,
+    mask,
+    picture,
+)
 from tests.renderer.world import DRY, LEVEL, NAME, entry_of
 
 pytestmark = pytest.mark.usefixtures("world")
@@ -39,6 +51,7 @@ FRONT: dict[str, Any] = {"eye": [0.0, 0.0, 1.0], "target": [0.0, 0.0, 0.0]}
 @pytest.fixture
 def facing(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Makes a scene of one quad that fills the picture, with this normal."""
+
     def make(normal: Floats) -> str:
         corners = np.array([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], float)
         color = np.tile([*TINT, 0.0], (4, 1))
@@ -74,7 +87,9 @@ NORMALS = [[0.0, 0.0, 1.0], [0.6, 0.0, 0.8], [-0.3, 0.7, 0.4], [0.1, -0.9, 0.2]]
 
 @pytest.mark.parametrize("sun", SUNS)
 @pytest.mark.parametrize("normal", NORMALS)
-def test_a_matte_surface_has_the_colour_that_the_rule_gives(facing: Any, normal: list[float], sun: dict[str, Any] | None) -> None:
+def test_a_matte_surface_has_the_colour_that_the_rule_gives(
+    facing: Any, normal: list[float], sun: dict[str, Any] | None
+) -> None:
     n = normals.unit(normal)
 
     assert shading_error(facing(n), n, sun, [0.22, 0.25, 0.30]) <= 0.56
@@ -95,7 +110,11 @@ SRGB = "srgb_from_linear(min(c, vec3(1.0)))"
 )
 def test_another_rule_fails(facing: Any, file: str, change: tuple[str, str]) -> None:
     with broken_shaders({file: change}):
-        errors = [shading_error(facing(normals.unit(n)), normals.unit(n), sun, [0.22, 0.25, 0.3]) for n in NORMALS for sun in SUNS[2:]]
+        errors = [
+            shading_error(facing(normals.unit(n)), normals.unit(n), sun, [0.22, 0.25, 0.3])
+            for n in NORMALS
+            for sun in SUNS[2:]
+        ]
     assert max(errors) > 2
 
 
@@ -192,7 +211,9 @@ def test_four_tiles_off_the_axis_make_the_whole(water: dict[str, Any]) -> None:
     for x in (0, 80):
         for y in (0, 45):
             lens = {**K, "cx": K["cx"] - x, "cy": K["cy"] - y}
-            tile = picture(camera={**EYE, "intrinsics": lens}, width=80, height=45, water={**water, "ripple_scale": [0, 0]})
+            tile = picture(
+                camera={**EYE, "intrinsics": lens}, width=80, height=45, water={**water, "ripple_scale": [0, 0]}
+            )
             tiled[y : y + 45, x : x + 80] = tile
     apart = np.abs(whole.astype(int) - tiled).max(-1) > 1
 
@@ -255,7 +276,9 @@ place = st.lists(coordinate, min_size=3, max_size=3)
 
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture])
-@given(eye=place, target=place, up=place, extents=st.lists(coordinate, min_size=4, max_size=4), level=st.floats(-1e6, 1e6))
+@given(
+    eye=place, target=place, up=place, extents=st.lists(coordinate, min_size=4, max_size=4), level=st.floats(-1e6, 1e6)
+)
 def test_huge_numbers_are_refused_with_a_bound_or_drawn(
     eye: list[float], target: list[float], up: list[float], extents: list[float], level: float
 ) -> None:
@@ -265,7 +288,11 @@ def test_huge_numbers_are_refused_with_a_bound_or_drawn(
     except InvalidRequest as refused:
         assert all(problem.path.startswith(("camera", "water")) for problem in refused.problems)
         return
-    assert drawn(**request.model_dump(mode="json", include={"camera", "water"}), width=32, height=18).color.shape == (18, 32, 3)
+    assert drawn(**request.model_dump(mode="json", include={"camera", "water"}), width=32, height=18).color.shape == (
+        18,
+        32,
+        3,
+    )
 
 
 # -------------------------------------------------------------------------------------------------------- the frame itself

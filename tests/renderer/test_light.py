@@ -65,6 +65,10 @@ def test_the_brightest_sun_that_may_be_asked_for_fits_its_block() -> None:
 
 
 def test_negative_fog_and_unknown_operators_are_refused() -> None:
-    for declaration, fields in ((Fog, {"density": -1}), (Fog, {"height_falloff": -1}), (ToneMap, {"operator": "filmic"})):
+    for declaration, fields in (
+        (Fog, {"density": -1}),
+        (Fog, {"height_falloff": -1}),
+        (ToneMap, {"operator": "filmic"}),
+    ):
         with pytest.raises(ValidationError):
             declaration.model_validate(fields)

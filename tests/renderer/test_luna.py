@@ -153,7 +153,8 @@ def shift_error(water: dict[str, Any], layer: str, tilted: Floats, scale: tuple[
 
 @pytest.mark.parametrize(("water", "layer"), [(WINDOW, "refraction_map"), (MIRROR, "reflection_map")])
 @pytest.mark.parametrize(
-    ("slope", "pixels"), [((SLOPE, 0.0), (8, 0)), ((-SLOPE, 0.0), (6, 0)), ((0.0, SLOPE), (0, 4)), ((0.0, -SLOPE), (0, 5))]
+    ("slope", "pixels"),
+    [((SLOPE, 0.0), (8, 0)), ((-SLOPE, 0.0), (6, 0)), ((0.0, SLOPE), (0, 4)), ((0.0, -SLOPE), (0, 5))],
 )
 def test_one_tilt_shifts_the_map_by_scale_times_normal(
     tilt: Any, water: dict[str, Any], layer: str, slope: tuple[float, float], pixels: tuple[int, int]
@@ -191,7 +192,13 @@ def test_ripples_do_not_move_the_picture_as_a_whole() -> None:
     """The .xz of a z-up normal would: the mean offset of Luna's own maps is nothing."""
     view = {**STEEP, "eye": [1.0, 14.0, 7.0]}
     plain = picture(camera=view, water=WINDOW).astype(float)
-    mean = np.mean([picture(camera=view, water={**WINDOW, "ripple_scale": [0.05, 0.05], "ripple_height": 1.0}, time=t) for t in range(16)], axis=0)
+    mean = np.mean(
+        [
+            picture(camera=view, water={**WINDOW, "ripple_scale": [0.05, 0.05], "ripple_height": 1.0}, time=t)
+            for t in range(16)
+        ],
+        axis=0,
+    )
     region = inside(mask(camera=view), 6)
     errors = {
         step: float(np.abs(mean - np.roll(plain, step, axis=(0, 1)))[region].mean())
@@ -220,7 +227,12 @@ HIGH = 0.8 / np.sqrt(0.98)
         ({"material_ambient": ONE, "light_diffuse": ONE}, ZERO),
         ({"material_diffuse": ONE, "light_ambient": ONE}, ZERO),
         (
-            {"material_ambient": [0.5] * 3, "light_ambient": [0.4] * 3, "material_diffuse": [0.6] * 3, "light_diffuse": [0.7] * 3},
+            {
+                "material_ambient": [0.5] * 3,
+                "light_ambient": [0.4] * 3,
+                "material_diffuse": [0.6] * 3,
+                "light_diffuse": [0.7] * 3,
+            },
             [0.2 + 0.42 * HIGH] * 3,
         ),
     ],

@@ -262,7 +262,9 @@ def test_a_bias_that_leaks_into_the_mirror_is_caught(monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize(("side", "sign"), [("above", 1.0), ("below", -1.0)])
 @pytest.mark.parametrize("eye", [2.0, -2.0])
-def test_the_plane_keeps_the_eyes_side_and_the_bias_more(side: Literal["above", "below"], sign: float, eye: float) -> None:
+def test_the_plane_keeps_the_eyes_side_and_the_bias_more(
+    side: Literal["above", "below"], sign: float, eye: float
+) -> None:
     camera = Camera(pose(np.eye(3), np.array([0.0, LEVEL + eye, 0.0])), Lens(100, 100, 80, 45), 160, 90)
     plane = np.array(map_look(MapSpec("mirror", clip=side, bias=0.1), camera, LEVEL).clip_plane)
     kept = sign * np.sign(eye)
@@ -294,7 +296,9 @@ def test_water_mirrors_the_sky_by_direction(camera: str) -> None:
     x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2)
     rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x)], axis=-1) @ view.ray_from_ndc.T
     up = np.abs(rays[..., 1]) / np.linalg.norm(rays[..., :3], axis=-1)
-    radiance = np.array(GRADIENT["horizon"]) + np.sqrt(up)[..., None] * np.subtract(GRADIENT["zenith"], GRADIENT["horizon"])
+    radiance = np.array(GRADIENT["horizon"]) + np.sqrt(up)[..., None] * np.subtract(
+        GRADIENT["zenith"], GRADIENT["horizon"]
+    )
     expected = 255 * np.where(radiance <= 0.0031308, 12.92 * radiance, 1.055 * radiance ** (1 / 2.4) - 0.055)
     away = up > 0.002  # the water ends before the horizon
 
@@ -309,7 +313,9 @@ def test_water_mirrors_the_sky_by_direction(camera: str) -> None:
 def test_an_eye_at_any_height_sees_finite_light(renderer: Any, height: float, layer: str) -> None:
     camera = {"eye": [5.0, LEVEL + height, 6.0], "target": [0.0, LEVEL - 0.2 + 0.5 * height, 0.0], "fov_y": 60}
     shown = drawn(**PLAIN, camera=camera, layers=[layer])
-    used = [t for key, (t, _) in renderer._targets._kept.items() if key[0] in {"scene", "reflection map"} and key[4] == 1]
+    used = [
+        t for key, (t, _) in renderer._targets._kept.items() if key[0] in {"scene", "reflection map"} and key[4] == 1
+    ]
     light = [target.read() for target in used if target.size == SIZE]
 
     assert light
@@ -323,3 +329,39 @@ def test_nothing_pops_where_the_eye_passes_through_the_water() -> None:
         return picture(camera=camera, water=FLAT)[:40].astype(float)
 
     assert np.abs(at(0.001) - at(-0.001)).mean() < 1.0
+
+
+# --------------------------------------------------------------------------------------------------- the edge of the water
+
+
+def seam() -> int:
+    """How many pixels of sky shine through between a post and its reflection, where edges are smooth."""
+    sky = {"model": "constant", "color": [0.0, 0.0, 1.0]}
+    shown = picture(width=480, height=270, msaa=4, sky=sky, water=MIRROR, sun=None)
+    corners = np.array([[-0.6, 2.9, 0.6], [0.6, 2.9, -0.6], [-0.6, 2 * LEVEL - 2.5, 0.6]])
+    x, y, _ = asked(width=480, height=270).view().project(corners).T
+    left, right = (round((1 + side) / 2 * 480) for side in x[:2])
+    top, bottom = (round((1 - side) / 2 * 270) for side in y[[0, 2]])
+    post = shown[top + 8 : bottom - 8, left + 8 : right - 8].astype(int)
+    assert (post[..., 0] > 100).mean() > 0.95
+    return int((post[..., 2] > post[..., 0] // 4).sum())
+
+
+def test_no_seam_of_sky_runs_along_a_waterline() -> None:
+    assert seam() == 0
+
+
+def test_a_reflection_that_is_cut_at_the_water_shows_a_seam(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("renderer.pipeline.EDGE_SLACK", 0.0)
+
+    assert seam() > 10
+
+
+def test_slack_is_so_many_pixels_at_any_distance() -> None:
+    camera = asked(camera=CAMERAS["rolled"]).view()
+    plain, slack = (np.array(map_look(REFLECTION, camera, LEVEL, slack=pixels).clip_plane) for pixels in (0.0, 2.0))
+    for place in ([4.0, LEVEL, 5.0, 1.0], [-15.0, LEVEL, -12.0, 1.0]):
+        depth = float((camera.mirrored(LEVEL).camera_from_world @ place)[2])
+
+        assert plain @ place == pytest.approx(0)
+        assert (slack @ place) * camera.lens.fy / -depth == pytest.approx(2.0)

@@ -113,9 +113,7 @@ def test_wind_swings_whole_turns_in_a_period(period: float) -> None:
 def test_wind_is_the_same_in_the_reflection() -> None:
     """The reed and its mirror image stand at one moment, unless the maps are asked for at another."""
     here = drawn(camera=VIEW, time=1.0, msaa=1, water=MIRROR).color
-    elsewhen = drawn(
-        camera=VIEW, time=1.0, msaa=1, water=MIRROR, maps={"time": 3.0, "camera": {**VIEW}}
-    ).color
+    elsewhen = drawn(camera=VIEW, time=1.0, msaa=1, water=MIRROR, maps={"time": 3.0, "camera": {**VIEW}}).color
     same = drawn(camera=VIEW, time=1.0, msaa=1, water=MIRROR, maps={"time": 1.0, "camera": {**VIEW}}).color
     water = mask(camera=VIEW, time=1.0)
 

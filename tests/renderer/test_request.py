@@ -198,9 +198,17 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"msaa": 2}, "msaa", "1 or 4"),
         ({"samples": 65}, "samples", "<= 64"),
         ({"period": 0}, "period", ">= 0.001"),
-        ({"layers": ["color", "water_mask"]}, "layers", "one of color, reflection_map, refraction_map, reflection_weight, water_mask"),
+        (
+            {"layers": ["color", "water_mask"]},
+            "layers",
+            "one of color, reflection_map, refraction_map, reflection_weight, water_mask",
+        ),
         ({"layers": []}, "layers", "one of color, reflection_map, refraction_map, reflection_weight, water_mask"),
-        ({"layers": ["colour"]}, "layers.0", "'color', 'reflection_map', 'refraction_map', 'reflection_weight' or 'water_mask'"),
+        (
+            {"layers": ["colour"]},
+            "layers.0",
+            "'color', 'reflection_map', 'refraction_map', 'reflection_weight' or 'water_mask'",
+        ),
         ({"tonemap": "filmic"}, "tonemap.operator", "'none', 'reinhard', 'aces' or 'agx'"),
         ({"format": "bmp"}, "format", "'png', 'jpeg' or 'webp'"),
         ({"maps": {"time": 0}}, "maps.camera", None),
@@ -218,7 +226,11 @@ def test_one_mistake_is_one_problem_with_path_value_and_bound(fields: Fields, pa
     assert problem.bound == bound
     written: Any = fields
     for part in path.split("."):
-        written = written[int(part) if isinstance(written, list) else part] if part in written or isinstance(written, list) else None
+        written = (
+            written[int(part) if isinstance(written, list) else part]
+            if part in written or isinstance(written, list)
+            else None
+        )
     if written is not None and problem.message != "Field required":
         assert problem.value is written or problem.value == written or problem.value == written.get("technique")
 
@@ -226,12 +238,14 @@ def test_one_mistake_is_one_problem_with_path_value_and_bound(fields: Fields, pa
 def test_two_mistakes_are_two_problems() -> None:
     with pytest.raises(InvalidRequest) as caught:
         parse(width=0, water={"refraction_bias": 9, "rippling": 1})
-    assert sorted(problem.path for problem in caught.value.problems) == ["water.refraction_bias", "water.rippling", "width"]
+    assert sorted(problem.path for problem in caught.value.problems) == [
+        "water.refraction_bias",
+        "water.rippling",
+        "width",
+    ]
 
 
-@pytest.mark.parametrize(
-    ("name", "hint"), [("pnd", "did you mean 'pond'?"), ("bath tub", "unknown scene")]
-)
+@pytest.mark.parametrize(("name", "hint"), [("pnd", "did you mean 'pond'?"), ("bath tub", "unknown scene")])
 def test_an_unknown_name_proposes_the_nearest(name: str, hint: str) -> None:
     with pytest.raises(InvalidRequest, match=hint.replace("?", r"\?")):
         parse(scene=name)
@@ -243,7 +257,9 @@ def test_what_is_no_object_is_refused(data: Any) -> None:
         FrameRequest.parse(data)
 
 
-NAMES = sorted({*FrameRequest.model_fields, "eye", "target", "up", "matrix", "orbit", "distance", "technique", "direction"})
+NAMES = sorted(
+    {*FrameRequest.model_fields, "eye", "target", "up", "matrix", "orbit", "distance", "technique", "direction"}
+)
 
 
 @settings(max_examples=200, suppress_health_check=[HealthCheck.too_slow])

@@ -42,12 +42,14 @@ def code(text: str) -> list[str]:
 
 
 def test_includes_nest_and_are_spliced_once(write: Write) -> None:
-    write({
-        "main.vert": '#include "lib/a.glsl"\n#include "lib/b.glsl"\nvoid main() {}\n',
-        "lib/a.glsl": '#include "lib/b.glsl"\nfloat a() { return b(); }',
-        "lib/b.glsl": '#include "lib/c.glsl"\nfloat b() { return c(); }',
-        "lib/c.glsl": "float c() { return 1.0; }",
-    })
+    write(
+        {
+            "main.vert": '#include "lib/a.glsl"\n#include "lib/b.glsl"\nvoid main() {}\n',
+            "lib/a.glsl": '#include "lib/b.glsl"\nfloat a() { return b(); }',
+            "lib/b.glsl": '#include "lib/c.glsl"\nfloat b() { return c(); }',
+            "lib/c.glsl": "float c() { return 1.0; }",
+        }
+    )
 
     assert code(preprocess("main.vert").text) == [
         "float c() { return 1.0; }",
@@ -64,7 +66,11 @@ def test_files_that_include_each_other_end(write: Write) -> None:
 
 
 def test_an_include_in_a_comment_is_none(write: Write) -> None:
-    write({"main.vert": '// #include "gone.glsl"\n/* #include <Nothing>\n#include "gone.glsl" */ int kept; // end\nint next;\n'})
+    write(
+        {
+            "main.vert": '// #include "gone.glsl"\n/* #include <Nothing>\n#include "gone.glsl" */ int kept; // end\nint next;\n'
+        }
+    )
     spliced = preprocess("main.vert")
 
     assert code(spliced.text) == [" int kept; ", "int next;"]
@@ -126,11 +132,13 @@ def test_every_drivers_line_numbers_become_ours(write: Write, log: str, explaine
 
 
 def test_the_drivers_complaint_names_file_and_line(write: Write) -> None:
-    write({
-        "passes/bad.vert": '#include "lib/good.glsl"\n#include "water/bad.glsl"\nvoid main() { gl_Position = bad(); }\n',
-        "lib/good.glsl": "// Fine.\nfloat good(float x)\n{\n    return x;\n}\n",
-        "water/bad.glsl": '#include "lib/good.glsl"\nvec4 bad() { return vec4(missing); }\n',
-    })
+    write(
+        {
+            "passes/bad.vert": '#include "lib/good.glsl"\n#include "water/bad.glsl"\nvoid main() { gl_Position = bad(); }\n',
+            "lib/good.glsl": "// Fine.\nfloat good(float x)\n{\n    return x;\n}\n",
+            "water/bad.glsl": '#include "lib/good.glsl"\nvec4 bad() { return vec4(missing); }\n',
+        }
+    )
     device = shared_renderer().device
 
     with pytest.raises(ShaderError, match=r"water/bad\.glsl:2\b.*missing"):
@@ -138,10 +146,12 @@ def test_the_drivers_complaint_names_file_and_line(write: Write) -> None:
 
 
 def test_a_fragment_shaders_error_is_told_with_its_own_lines(write: Write) -> None:
-    write({
-        "passes/a.vert": "\n\n\nvoid main() { gl_Position = vec4(0.0); }\n",
-        "passes/a.frag": "out vec4 color;\nvoid main()\n{\n    color = nowhere;\n}\n",
-    })
+    write(
+        {
+            "passes/a.vert": "\n\n\nvoid main() { gl_Position = vec4(0.0); }\n",
+            "passes/a.frag": "out vec4 color;\nvoid main()\n{\n    color = nowhere;\n}\n",
+        }
+    )
     device = shared_renderer().device
 
     with pytest.raises(ShaderError, match=r"passes/a\.frag:4\b.*nowhere"):

@@ -80,7 +80,16 @@ def test_a_loop_needs_whole_turns(sweep: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "fields", [{"frames": 0}, {"frames": 2.5}, {"fps": 0.0}, {"fps": 1e-9}, {"fps": 1000.0}, {"sweep": float("nan")}, {"speed": 1}]
+    "fields",
+    [
+        {"frames": 0},
+        {"frames": 2.5},
+        {"fps": 0.0},
+        {"fps": 1e-9},
+        {"fps": 1000.0},
+        {"sweep": float("nan")},
+        {"speed": 1},
+    ],
 )
 def test_what_is_no_turntable_is_refused(fields: dict[str, Any]) -> None:
     with pytest.raises(ValidationError) as caught:
@@ -88,7 +97,9 @@ def test_what_is_no_turntable_is_refused(fields: dict[str, Any]) -> None:
     assert caught.value.error_count() == 1
 
 
-@pytest.mark.parametrize("turntable", [Turntable(frames=1, fps=240), Turntable(frames=3, fps=0.01), Turntable(frames=7)])
+@pytest.mark.parametrize(
+    "turntable", [Turntable(frames=1, fps=240), Turntable(frames=3, fps=0.01), Turntable(frames=7)]
+)
 def test_every_frame_is_a_request_that_stands_by_itself(turntable: Turntable) -> None:
     for request in frame(camera=ORBIT).along(turntable):
         assert FrameRequest.parse(json.loads(request.canonical())).key() == request.key()

@@ -65,7 +65,9 @@ def test_hex_colours_are_decoded_to_linear_light(text: str, linear: tuple[float,
     assert TypeAdapter(units.Color).validate_python(text) == pytest.approx(linear, abs=1e-9)
 
 
-@pytest.mark.parametrize("value", ["#fff", "808080", "#80808g", "#8080808", "red", "", "#808080\n", [-0.1, 0, 0], [1e5, 0, 0], 3])
+@pytest.mark.parametrize(
+    "value", ["#fff", "808080", "#80808g", "#8080808", "red", "", "#808080\n", [-0.1, 0, 0], [1e5, 0, 0], 3]
+)
 def test_what_is_no_colour_is_refused(value: Any) -> None:
     assert not accepts(units.Color, value)
 

@@ -114,9 +114,7 @@ def cut_above(mesh: Mesh, level: float) -> Mesh:
             normal.append(triangle[:, 3:6])
             color.append(triangle[:, 6:])
     index = np.arange(3 * len(position)).reshape(-1, 3)
-    return Mesh.build(
-        np.concatenate(position), index, normal=np.concatenate(normal), color=np.concatenate(color)
-    )
+    return Mesh.build(np.concatenate(position), index, normal=np.concatenate(normal), color=np.concatenate(color))
 
 
 def mirrored_copies(level: float) -> tuple[SceneObject, ...]:

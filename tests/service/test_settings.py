@@ -64,7 +64,7 @@ def test_an_open_address_needs_keys_or_a_word(host: str) -> None:
 
 def test_what_counts_as_loopback() -> None:
     assert all(is_loopback(host) for host in ("127.0.0.1", "127.8.9.1", "::1", "localhost"))
-    assert not any(is_loopback(host) for host in ("0.0.0.0", "::", "10.0.0.1", "localhost.example"))
+    assert not any(is_loopback(host) for host in ("0.0.0.0", "::", "10.0.0.1", "localhost.example"))  # noqa: S104 -- as above
 
 
 def test_secrets_are_not_shown() -> None:

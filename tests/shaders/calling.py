@@ -98,7 +98,9 @@ def feedback_target(device: Device) -> Target:
 
 def _as_attribute(value: Any) -> NDArray[Any]:
     array = np.asarray(value)
-    array = array.astype(np.float32 if array.dtype.kind == "f" else np.uint32 if array.dtype.kind == "u" else np.float32)
+    array = array.astype(
+        np.float32 if array.dtype.kind == "f" else np.uint32 if array.dtype.kind == "u" else np.float32
+    )
     return array.reshape(1, 1) if array.ndim == 0 else array.reshape(len(array), -1)
 
 

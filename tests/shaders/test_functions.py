@@ -26,7 +26,9 @@ def units(count: int, seed: int) -> Floats:
     return normals.unit(np.random.default_rng(seed).normal(size=(count, 3))).astype(np.float32).astype(np.float64)
 
 
-@pytest.mark.parametrize(("bias", "power"), [(0.1, 2.0), (0.0, 1.0), (-0.3, 1.0), (-1.0, 2.0), (1.0, 3.0), (0.05, 64.0)])
+@pytest.mark.parametrize(
+    ("bias", "power"), [(0.1, 2.0), (0.0, 1.0), (-0.3, 1.0), (-1.0, 2.0), (1.0, 3.0), (0.05, 64.0)]
+)
 def test_the_refraction_weight_follows_the_formula_from_behind_to_head_on(bias: float, power: float) -> None:
     cosine = np.linspace(-1, 1, 2001)
     weight = call("lib/fresnel.glsl", "luna_refraction_weight(c, b, p)", c=cosine, b=bias, p=power)
@@ -55,7 +57,9 @@ def test_slopes_become_normals() -> None:
     slope = np.random.default_rng(1).normal(scale=0.7, size=(500, 2))
 
     assert off(normals.of_slope(slope), call("lib/normals.glsl", "normal_from_slope(s)", "vec3", s=slope)) < 1e-6
-    assert off(np.array([[0.0, 1.0, 0.0]]), call("lib/normals.glsl", "normal_from_slope(s)", "vec3", s=[[0.0, 0.0]])) == 0
+    assert (
+        off(np.array([[0.0, 1.0, 0.0]]), call("lib/normals.glsl", "normal_from_slope(s)", "vec3", s=[[0.0, 0.0]])) == 0
+    )
 
 
 def test_blended_phases_keep_the_variance_of_one() -> None:

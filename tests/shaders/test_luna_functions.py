@@ -41,7 +41,9 @@ def tilt() -> Iterator[Any]:
         texture.release()
 
 
-def luna(expression: str, result: str, *, textures: dict[str, Any] | None = None, water: Luna | None = None, **arguments: Any) -> NDArray[Any]:
+def luna(
+    expression: str, result: str, *, textures: dict[str, Any] | None = None, water: Luna | None = None, **arguments: Any
+) -> NDArray[Any]:
     """Call a function of Luna's shader."""
     blocks = [water or Luna(), SCROLL, LightBlock()]
     return call("water/luna.glsl", expression, result, blocks=blocks, textures=textures, **arguments)
@@ -66,7 +68,9 @@ def test_a_shift_of_a_tenth_never_leaves_the_bottom_and_a_larger_one_does() -> N
 @pytest.mark.parametrize(
     ("first", "second"), [((0.3, -0.2), (0.1, 0.4)), ((0.5, 0.0), (0.5, 0.0)), ((-2.0, 1.0), (0.1, 0.1))]
 )
-def test_the_normal_is_the_normalised_mean_of_two(tilt: Any, first: tuple[float, float], second: tuple[float, float]) -> None:
+def test_the_normal_is_the_normalised_mean_of_two(
+    tilt: Any, first: tuple[float, float], second: tuple[float, float]
+) -> None:
     maps = {"normal_map_0": tilt(first), "normal_map_1": tilt(second)}
     n = luna("luna_normal(p)", "vec3", textures=maps, p=[[0.3, 0.7]])
 
