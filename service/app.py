@@ -94,12 +94,8 @@ def put_together(settings: Settings) -> Parts:
         max_frames=settings.limits.job_frames,
         limits=settings.limits,
     )
+    work.start()  # first, since it refuses a folder that another server works in
     engine.start()
-    try:
-        work.start()
-    except BaseException:
-        engine.close(0.0)
-        raise
     return Parts(settings, engine, cache, work, Places(settings.limits.sequences), time.monotonic())
 
 

@@ -41,7 +41,10 @@ def frame_request(
         data = {**data, "format": preferred or DEFAULT_FORMAT}
     if limits is not None:
         _refuse_past_caps(data, limits)
-    frame = FrameRequest.parse(data)
+    try:
+        frame = FrameRequest.parse(data)
+    except UnicodeEncodeError as error:  # JSON and command lines can spell text that is none
+        raise InvalidRequest((FieldProblem("", f"holds half of a surrogate pair: {error.object!a}"),)) from None
     if limits is not None:
         _refuse_too_many_pixels(frame, limits)
     return frame

@@ -91,6 +91,7 @@ def packed(scene: Scene) -> dict[str, NDArray[Any]]:
                 "tags": sorted(part.tags),
                 "casts_shadow": part.casts_shadow,
                 "in_maps": part.in_maps,
+                "detail_distance": part.detail_distance,
             },
         )
     textures = [
@@ -135,6 +136,7 @@ def unpacked(arrays: Arrays) -> Scene:
             casts_shadow=part["casts_shadow"],
             map_mesh=meshes[part["meshes"][1]] if len(part["meshes"]) > 1 else None,
             in_maps=part["in_maps"],
+            detail_distance=part["detail_distance"],
         )
         for part in about["objects"]
     )

@@ -22,7 +22,7 @@ Detail = Literal["full", "map"]
 Wood = tuple[tuple[Array, Array], ...]
 
 GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
-BOUGHS = 8
+BOUGHS = 6
 """Boughs that are drawn: those to the lobes in front."""
 FILL = 0.8
 """Share of a cluster's disc that hides what is behind it."""

@@ -22,19 +22,19 @@ from renderer.scene.scene import SceneObject
 from renderer.scene.species import Kind
 
 REED_BEDS = (
-    (-10.0, -9.8, 2.4, 110),
-    (-16.0, -3.6, 2.0, 90),
-    (-14.6, 5.6, 2.0, 70),
-    (7.0, -10.3, 2.0, 70),
-    (14.6, -3.6, 1.8, 60),
+    (-10.0, -9.8, 2.3, 100),
+    (-16.0, -3.6, 1.9, 80),
+    (-14.6, 5.6, 1.9, 60),
+    (7.0, -10.3, 1.9, 60),
+    (14.6, -3.6, 1.8, 50),
 )
 """(x, z, radius, culms): they grow where the water is shallow enough."""
 CATTAIL_BEDS = (
-    (-17.0, 1.6, 1.5, 26),
-    (-5.6, -14.0, 1.6, 26),
+    (-17.0, 1.6, 1.4, 18),
+    (-5.6, -14.0, 1.4, 16),
     (1.9, 6.3, 0.9, 14),
-    (12.9, -7.0, 1.4, 22),
-    (-2.6, 10.9, 1.2, 16),
+    (12.9, -7.0, 1.2, 14),
+    (-2.6, 10.9, 1.2, 14),
 )
 LILIES = ((2.0, 2.6, 1.5, 30), (-8.8, -6.4, 2.2, 40), (11.2, -3.0, 1.6, 24), (-12.0, 2.6, 1.9, 28))
 """(x, z, spread, pads)."""
@@ -49,7 +49,7 @@ HEROES: Sequence[tuple[Kind, float, float, float]] = (
 """(kind, x, z, height) of the trees that make the picture."""
 WILD = ("far_oak", "far_alder", "far_birch", "far_alder", "far_oak", "far_spruce", "far_birch", "far_pine")
 """What the trees between and behind them are."""
-BELTS = ((34, 52.0, 62.0, True), (26, 68.0, 84.0, False))
+BELTS = ((30, 52.0, 62.0, True), (14, 68.0, 84.0, False))
 """Rows of far woods: count, inner and outer radius, whether the reflection shows them."""
 VISTAS = ((207.0, 9.0), (285.0, 8.0), (60.0, 12.0), (150.0, 9.0))
 """Bearings (from +x towards +z) and half widths, degrees, where no further tree stands."""
@@ -87,7 +87,7 @@ def _water_plants(seed: int, height: Field) -> list[SceneObject]:
 
 def _bank_plants(seed: int, height: Field, shore: Array, density: Field | None) -> list[SceneObject]:
     tussocks = scatter.bank(seed + 1, height, shore, 110, falloff=0.25, between=(-0.08, 0.3), density=density)
-    tufts = scatter.bank(seed + 2, height, shore, 1300, falloff=1.4, between=(0.1, 3.0), density=density)
+    tufts = scatter.bank(seed + 2, height, shore, 1050, falloff=1.4, between=(0.1, 3.0), density=density)
     tall = scatter.bank(seed + 4, height, shore, 260, falloff=7.0, between=(0.3, 4.0), density=density)
     flags = scatter.bank(seed + 3, height, shore, 40, falloff=0.15, between=(-0.12, 0.15), density=density)
     objects = []

@@ -5,7 +5,7 @@ points in metres, one plant (or tuft) each. ``detail="map"`` gives the cheaper l
 the same silhouettes, for ``SceneObject.map_mesh``. All of them wear ``leaves.BLADES``; they read the
 texture ``foliage`` (``leaves.atlas()``).
 
-    reeds(seed, places, *, height=1.62, detail="full")     common reed with plumes, in shallow water
+    reeds(seed, places, *, height=1.56, detail="full")     common reed with plumes, in shallow water
     cattails(seed, places, *, height=1.45, detail="full")  straps and brown spikes
     sedge(seed, places, *, height=0.55, detail="full")     arching tussocks of the waterline
     grass(seed, places, *, height=0.28, detail="full")     tufts of the bank
@@ -41,7 +41,7 @@ HEADS: Mapping[Hue, tuple[str, float, int]] = MappingProxyType(
 """Strip of the atlas, length in metres and number of a flower's petals."""
 
 
-def reeds(seed: int, places: Array, *, height: float = 1.62, detail: Detail = "full") -> Mesh:
+def reeds(seed: int, places: Array, *, height: float = 1.56, detail: Detail = "full") -> Mesh:
     """Common reed: a leaning culm, long arching leaves most of which point downwind, a drooping plume."""
     rng = Generator(PCG64([seed, 1]))
     n = len(places)
@@ -57,15 +57,15 @@ def reeds(seed: int, places: Array, *, height: float = 1.62, detail: Detail = "f
         ribbons(side, paint="reed", profile=(1, 0.85), gradient=(0.7, 1.0), sway=0.35)
         for side in ((culm, crossed) if detail == "full" else (culm,))
     ]
-    per_culm, nodes = (7, (0.8, 0.95)) if detail == "full" else (4, (1.0,))
+    per_culm, nodes = (6, (0.8, 0.95)) if detail == "full" else (4, (1.0,))
     share = np.linspace(0.3, 0.93, per_culm) + rng.uniform(-0.04, 0.04, (n, per_culm))
     root = culm.along(share)
     leaf_azimuth = azimuth[:, None] + np.arange(per_culm) * np.pi + rng.normal(0, 0.55, (n, per_culm))
     leaf_azimuth = wind + 0.62 * wrapped(leaf_azimuth - wind)
     droop = rng.uniform(0.2, 1.35, (n, per_culm)) + 0.35 * (1 - share)
     start = rng.uniform(0.25, 0.6, (n, per_culm))
-    length = tall[:, None] * rng.uniform(0.2, 0.33, (n, per_culm)) * (1.15 - 0.35 * np.abs(share - 0.6))
-    wide = rng.uniform(0.024, 0.037, (n, per_culm)) * (1 if detail == "full" else 1.6)
+    length = tall[:, None] * rng.uniform(0.2, 0.33, (n, per_culm)) * (1.1 - 0.45 * share**4)
+    wide = rng.uniform(0.026, 0.04, (n, per_culm)) * (1 if detail == "full" else 1.6)
     leaf_tint = np.repeat(tint[:, None], per_culm, axis=1) * (0.72 + 0.42 * share)[..., None]
     blades = Blades(
         root.reshape(-1, 3),

@@ -134,7 +134,14 @@ def terrain_objects(land: Land) -> list[SceneObject]:
         for cap, count in ((longest, TERRAIN_TRIANGLES), (4 * longest, MAP_TRIANGLES))
     )
     return [
-        SceneObject(f"ground {number}", full[number], GROUND, frozenset({"terrain"}), map_mesh=plain[number])
+        SceneObject(
+            f"ground {number}",
+            full[number],
+            GROUND,
+            frozenset({"terrain"}),
+            map_mesh=plain[number],
+            detail_distance=30.0,
+        )
         for number in full
     ]
 
@@ -163,7 +170,9 @@ def rock_objects(land: Land) -> list[SceneObject]:
         plain.append(rocks.stones(large, land.seed + 5000 + quarter, 0, land.height))
         pebbles = rocks.stones(small, land.seed + 6000 + quarter, 0, land.height)
         parts += [
-            SceneObject(f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain)),
+            SceneObject(
+                f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=14.0
+            ),
             SceneObject(f"stones {quarter}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False),
         ]
     return parts

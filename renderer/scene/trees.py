@@ -1,10 +1,11 @@
 """Trees and shrubs: trunk and branches as tubes, leaves as clusters on tight alpha-tested cards.
 
-    tree(kind, seed, *, height=None) -> TreeMeshes(trunk, leaves, leaves_far)   at the origin
-        kind: "oak" | "birch" | "alder" | "willow" | "pine"
+    tree(kind, seed, *, height=None) -> TreeMeshes(trunk, leaves, trunk_far, leaves_far)   at the origin
+        kind: one of ``species.SPECIES``
     forest(seed, places, kinds, heights=None) -> TreeMeshes  many trees in one; places (n, 3) ground
     shrubs(seed, places, *, size=1.3, detail="full") -> Mesh bushes (LEAVES)
     far_trees(seed, places, names, heights) -> Mesh          whole trees painted on one card each (LEAVES)
+    far_casters(seed, places, names, heights) -> Mesh        what casts the shadows of those
     belt(seed, places, *, height=9.0) -> Mesh                a far wood's edge of such cards
 
 Materials: trunk ``leaves.BARK``, all else ``leaves.LEAVES``. Cards face the origin more or less and

@@ -32,6 +32,9 @@ PATIENCE = 2.0
 NICENESS = 10
 """Of batch processes: an interactive one beside them gets nine tenths of a core."""
 
+MOST_RETURNS = 3
+"""How often a frame goes round again because its process was gone before it began."""
+
 Delivery = tuple[Entry, FrameReport | BaseException]
 
 
@@ -188,22 +191,21 @@ class LocalEngine:
                 self._launch_next()
             else:
                 outcome = slot.finished(entry, future)
-                if not isinstance(outcome, NeverBegun):
-                    delivery.append((entry, outcome))
-                elif self._is_closed:
-                    delivery.append((entry, EngineUnavailable("The engine is closed.", retry_after=5)))
-                else:
+                if isinstance(outcome, NeverBegun) and entry.returns < MOST_RETURNS and not self._is_closed:
                     self._lanes.put_back(entry)
+                elif isinstance(outcome, NeverBegun):
+                    delivery.append((entry, EngineUnavailable("The worker processes end before they begin.")))
+                else:
+                    delivery.append((entry, outcome))
             self._pump()
             self._changed.notify_all()
         self._deliver(delivery)
 
     def _launch_next(self) -> None:
-        """Bring up the slots that wait for the first one."""
-        if any(slot.facts is not None for slot in self._slots):
-            for slot in self._slots:
-                if slot.generation == 0:
-                    slot.launch()
+        """Bring up the slots that waited for the first one."""
+        for slot in self._slots:
+            if slot.generation == 0:
+                slot.launch()
 
     def _pump(self) -> None:
         """Give every free process the frame that it should draw next."""

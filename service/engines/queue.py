@@ -22,6 +22,8 @@ class Entry:
     """Monotonic seconds at which it was submitted."""
     is_taken: bool = False
     """Whether its future is marked as running: cancelling it is then a matter for the worker."""
+    returns: int = 0
+    """How often it came back unbegun."""
 
 
 class Lanes:
@@ -55,6 +57,7 @@ class Lanes:
 
     def put_back(self, entry: Entry) -> None:
         """Queue a frame that was taken and not begun before its lane's others."""
+        entry.returns += 1
         waiting = self._waiting[entry.lane]
         waiting[entry.future] = entry
         waiting.move_to_end(entry.future, last=False)

@@ -63,7 +63,7 @@ class Slot:
     ) -> None:
         self.name = name
         self.lane = lane
-        self.state: WorkerState = "closed"
+        self.state: WorkerState = "starting"
         self.entry: Entry | None = None
         self.facts: WorkerFacts | None = None
         self.error: Exception | None = None
@@ -76,7 +76,7 @@ class Slot:
         self._endings: list[threading.Thread] = []
         self._watch: Watch | None = None
         self._ticket = self._failures = self._launches = self._frames = self._rss = self._live = 0
-        self._since = self._retry_at = 0.0
+        self._since, self._retry_at = monotonic(), 0.0
         self._last_frame: float | None = None
 
     # ------------------------------------------------------------------------------------------------ life
@@ -239,7 +239,7 @@ class Slot:
 
     def _fail(self, error: BaseException) -> None:
         if isinstance(error, BrokenProcessPool | ProcessExpired):
-            error = EngineUnavailable(f"The worker process ended while it started: {error}.")
+            error = EngineUnavailable("The worker process ended while it started.")
         log.error("worker %s does not come up: %s", self.name, error)
         self.error = error if isinstance(error, Exception) else EngineUnavailable(str(error))
         self.generation += 1

@@ -94,17 +94,13 @@ class JobStore:
                 return job
             _move(connection, job, state)
             of_job = FRAMES.c.job_id == job_id
-            if action is Action.CANCEL:  # leases end here: a late report meets a newer fence
+            if action is Action.CANCEL:  # leases end here, and late reports find nothing leased
                 leased = and_(of_job, FRAMES.c.state == FrameState.LEASED)
-                connection.execute(
-                    update(FRAMES).where(leased).values(state=FrameState.PENDING, fence=FRAMES.c.fence + 1)
-                )
+                connection.execute(update(FRAMES).where(leased).values(state=FrameState.PENDING))
             elif action is Action.RETRY:
                 failed = and_(of_job, FRAMES.c.state == FrameState.FAILED)
-                connection.execute(
-                    update(FRAMES).where(failed).values(state=FrameState.PENDING, attempts=0, error=None)
-                )
-            settle(connection, job_id)
+                again = {"state": FrameState.PENDING, "attempts": 0, "error": None}
+                connection.execute(update(FRAMES).where(failed).values(again))
             return _job(connection, job_id)
 
     def expire(self, before: float) -> int:

@@ -1,4 +1,4 @@
-"""What a frame of the pond costs: `luna` at 1280x720, one sample, one thread. CPU time, so that a busy machine does not blur it."""
+"""What a frame of the pond costs: `luna` at 1280x720, one sample, one thread. CPU time: other work does not blur it."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def amplified(expected: Picture, actual: Picture) -> Picture:
     if expected.shape != actual.shape:
         return np.full(actual.shape, 255, np.uint8)
     apart = np.abs(expected.astype(np.int16) - actual)
-    return np.clip(apart * AMPLIFICATION, 0, 255).astype(np.uint8)
+    return np.asarray(np.clip(apart * AMPLIFICATION, 0, 255), np.uint8)
 
 
 def _write_page(folder: Path) -> Path:
@@ -112,9 +112,10 @@ def _write_page(folder: Path) -> Path:
     page = folder / "index.html"
     page.write_text(
         "<!doctype html><html lang='en'><meta charset='utf-8'><title>Pictures that differ</title>"
-        "<style>body{font:16px/1.5 system-ui;margin:2rem;background:#222;color:#ddd}figure{display:inline-block;margin:0 1rem 1rem 0}"
-        "img{max-width:31vw;image-rendering:pixelated}</style><h1>Pictures that differ</h1>"
-        f"<p>The difference is shown {AMPLIFICATION} times as strong. To accept the new pictures: <code>make bless</code>.</p>{rows}</html>",
+        "<style>body{font:16px/1.5 system-ui;margin:2rem;background:#222;color:#ddd}"
+        "figure{display:inline-block;margin:0 1rem 1rem 0}img{max-width:31vw;image-rendering:pixelated}</style>"
+        f"<h1>Pictures that differ</h1><p>The difference is shown {AMPLIFICATION} times as strong. "
+        f"To accept the new pictures: <code>make bless</code>.</p>{rows}</html>",
         encoding="utf-8",
     )
     return page
@@ -126,4 +127,5 @@ def _row(failure: Difference) -> str:
         f"<figure><img src='{name}-{kind}.png' alt='{kind}'><figcaption>{kind}</figcaption></figure>"
         for kind in ("expected", "actual", "difference")
     )
-    return f"<h2>{name}</h2><p>{html.escape(str(failure))}<br>{html.escape(failure.claim)}<br>{html.escape(failure.driver)}</p>{figures}"
+    facts = "<br>".join(html.escape(line) for line in (str(failure), failure.claim, failure.driver))
+    return f"<h2>{name}</h2><p>{facts}</p>{figures}"

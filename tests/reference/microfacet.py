@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def phong(n: ArrayLike, l: ArrayLike, v: ArrayLike, power: ArrayLike) -> NDArray[np.float64]:  # noqa: E741 - the field's name
-    """The lobe for unit vectors (k, 3): by Householder's mirror and the angle itself; 0 where light comes from behind."""
+    """The lobe for unit vectors (k, 3), by Householder's mirror and the angle itself; 0 for light from behind."""
     normal, light, view = (np.asarray(a, np.float64) for a in (n, l, v))
     facing = (normal * light).sum(-1)
     householder = np.eye(3) - 2 * normal[..., :, None] * normal[..., None, :]

@@ -20,7 +20,7 @@ def reinhard(color: ArrayLike) -> Floats:
     luminance = c @ np.array([0.2126, 0.7152, 0.0722])
     displayed = luminance / (1 + luminance)
     ratio = np.divide(displayed, luminance, out=np.ones_like(luminance), where=luminance > 0)
-    return np.minimum(c * ratio[..., None], 1.0)
+    return np.asarray(np.minimum(c * ratio[..., None], 1.0))
 
 
 def aces(color: ArrayLike) -> Floats:

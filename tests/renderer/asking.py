@@ -24,7 +24,7 @@ def triple(low: float = -50, high: float = 50) -> st.SearchStrategy[list[float |
 
 
 color = st.one_of(triple(0, 4), st.from_regex(r"\A#[0-9a-fA-F]{6}\Z"))
-lens = st.one_of(
+lens: st.SearchStrategy[Fields] = st.one_of(
     st.just({}),
     st.fixed_dictionaries({"fov_y": number(1, 170)}),
     st.fixed_dictionaries({"orthographic": st.fixed_dictionaries({"height": number(0.5, 50)})}),

@@ -19,6 +19,7 @@ from renderer.frame import Frame
 from renderer.gpu import source
 from renderer.pipeline import Renderer
 from renderer.request import FrameRequest
+from tests.reference import normals
 from tests.renderer.world import NAME
 
 Picture = NDArray[np.uint8]
@@ -39,6 +40,21 @@ MIRROR: dict[str, Any] = {**FLAT, "refraction_bias": -1.0}
 """Water that reflects everything."""
 WINDOW: dict[str, Any] = {**FLAT, "refraction_bias": 1.0}
 """Water that lets everything through."""
+
+
+EYE: dict[str, Any] = {"eye": [7.0, 3.2, 9.0], "target": [0.0, 0.3, 0.0]}
+CAMERAS: dict[str, dict[str, Any]] = {
+    "upright": {**EYE, "fov_y": 45},
+    "rolled": {"position": [7.0, 3.2, 9.0], "yaw": 38.0, "pitch": -14.0, "roll": 22.0},
+    "off axis": {**EYE, "intrinsics": {"fx": 110.0, "fy": 120.0, "cx": 30.0, "cy": 70.0}},
+    "parallel": {"eye": [12.0, 12.0, 16.0], "target": [0.0, 0.3, 0.0], "orthographic": {"height": 9.0}},
+    "steep": {"eye": [2.0, 9.0, 6.0], "target": [0.0, 0.0, 0.0], "fov_y": 70},
+}
+"""Cameras of every kind that see the pond from above."""
+
+
+STEEP: dict[str, Any] = {"eye": [1.0, 8.0, 7.0], "target": [0.0, 0.0, 0.5], "fov_y": 60}
+GRAZING: dict[str, Any] = {"eye": [0.0, 0.8, 12.0], "target": [0.0, 0.3, 0.0], "fov_y": 60}
 
 
 @cache
@@ -126,3 +142,14 @@ def inside(region: NDArray[np.bool_], margin: int = 1) -> NDArray[np.bool_]:
         for dx in range(2 * margin + 1):
             kept &= padded[dy : dy + height, dx : dx + width]
     return kept
+
+
+def views(camera: dict[str, Any]) -> Floats:
+    """The unit vector from each pixel's place on the water towards the eye, (h, w, 3)."""
+    request = asked(camera=camera)
+    view = request.view()
+    across = (np.arange(request.width) + 0.5) / request.width * 2 - 1
+    down = 1 - (np.arange(request.height) + 0.5) / request.height * 2
+    x, y = np.meshgrid(across, down)
+    rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x)], axis=-1) @ view.ray_from_ndc.T
+    return -normals.unit(rays[..., :3])

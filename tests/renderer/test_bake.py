@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import time
 from pathlib import Path
@@ -24,7 +25,7 @@ def small_scene(bend: float = 0.0) -> Scene:
         "small",
         (
             SceneObject("one", mesh, stone, frozenset({"rock", "terrain"}), map_mesh=mesh.transformed(2 * np.eye(4))),
-            SceneObject("two", mesh, leaf, casts_shadow=False, in_maps=False),
+            SceneObject("two", mesh, leaf, casts_shadow=False, in_maps=False, detail_distance=7.0),
         ),
         {
             "grain": Texture("grain", np.arange(64, dtype=np.uint8).reshape(4, 4, 4)),
@@ -50,6 +51,7 @@ def test_what_is_read_is_what_was_built(tmp_path: Path) -> None:
     assert same(built, read)
     assert [part.material for part in read.objects] == [part.material for part in built.objects]
     assert [part.tags for part in read.objects] == [part.tags for part in built.objects]
+    assert [part.detail_distance for part in read.objects] == [math.inf, 7.0]
     assert read.objects[1].map_mesh is None
     assert read.textures["leaf"].mipmaps == "coverage"
     assert read.textures["leaf"].image.dtype == np.float32

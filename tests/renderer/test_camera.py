@@ -148,7 +148,7 @@ def test_angles_turn_left_up_and_anticlockwise(
     assert rotation_from_angles(*angles) @ np.array(axis) == pytest.approx(image, abs=1e-12)
 
 
-# --------------------------------------------------------------------------------------------------------- the mirror
+# ----------------------------------------------------------------------------------------------------------- the mirror
 
 
 @pytest.mark.parametrize("level", [0.0, 2.75, -40.0])

@@ -1,4 +1,4 @@
-"""One request, one picture: twice, in another order, after other sizes, in other processes, with other numbers of threads."""
+"""One request, one picture: twice, in another order, after other sizes, in other processes, with other threads."""
 
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ from renderer.pipeline import Renderer
 from tests.renderer.drawing import asked
 from tests.renderer.world import registered
 with registered(), Renderer() as renderer:
-    print(json.dumps([hashlib.sha256(renderer.render(asked(**fields)).color.tobytes()).hexdigest() for fields in json.loads(sys.argv[1])]))
+    pictures = [renderer.render(asked(**fields)).color for fields in json.loads(sys.argv[1])]
+    print(json.dumps([hashlib.sha256(picture.tobytes()).hexdigest() for picture in pictures]))
 """
 
 

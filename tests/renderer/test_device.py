@@ -27,7 +27,7 @@ pytestmark = pytest.mark.usefixtures("world")
 ROOT = Path(__file__).resolve().parents[2]
 
 
-# ------------------------------------------------------------------------------------------------------------ one thread
+# ----------------------------------------------------------------------------------------------------------- one thread
 
 
 def raised_in_a_thread(act: Callable[[], Any]) -> BaseException | None:
@@ -72,7 +72,7 @@ def test_two_renderers_of_one_thread_do_not_draw_for_each_other(renderer: Render
     assert furthest(renderer.render(asked()).color, expected) == 0
 
 
-# --------------------------------------------------------------------------------------------------------------- no leaks
+# ------------------------------------------------------------------------------------------------------------- no leaks
 
 ROUND: list[dict[str, Any]] = [
     {
@@ -156,7 +156,7 @@ def test_scenes_and_suns_come_and_go() -> None:
         assert draw_round() == second
 
 
-# ----------------------------------------------------------------------------------------------------- no state left behind
+# ------------------------------------------------------------------------------------------------- no state left behind
 
 ENABLED = {
     "blend": 0x0BE2,
@@ -220,7 +220,7 @@ def test_every_frame_leaves_the_state_as_it_found_it(renderer: Renderer) -> None
     assert not before["polygon offset"]
 
 
-# ---------------------------------------------------------------------------------------------------- errors are not swallowed
+# --------------------------------------------------------------------------------------------- errors are not swallowed
 
 
 def test_an_opengl_error_is_raised_with_its_place(renderer: Renderer) -> None:
@@ -239,7 +239,7 @@ def test_a_picture_that_was_not_drawn_is_no_picture(renderer: Renderer, monkeypa
         renderer.render(asked())
 
 
-# ------------------------------------------------------------------------------------------------------- which device it is
+# --------------------------------------------------------------------------------------------------- which device it is
 
 ASK = """
 import sys

@@ -53,7 +53,7 @@ def test_what_is_no_sun_is_one_error(fields: dict[str, Any], path: str) -> None:
 def test_no_sun_is_no_light() -> None:
     block = LightBlock.of(None, (0.1, 0.2, 0.3), 1.5)
 
-    assert block.sun_radiance == (0, 0, 0)
+    assert block.sun_radiance == (0.0, 0.0, 0.0)
     assert block.ambient == (0.1, 0.2, 0.3)
     assert block.water_level == 1.5
 

@@ -5,7 +5,6 @@ Each check is seen to fail where the shader is broken in the way that it is ther
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,15 @@ import pytest
 from numpy.typing import NDArray
 
 from renderer.scene.material import Texture
-from renderer.water.luna import Luna
-from tests.reference import fresnel, microfacet, normals, tonemap
+from tests.reference import fresnel, normals, tonemap
 from tests.renderer.drawing import (
     FLAT,
+    GRAZING,
     MIRROR,
     PLAIN,
+    STEEP,
     WINDOW,
+    Floats,
     asked,
     broken_shaders,
     drawn,
@@ -28,29 +29,13 @@ from tests.renderer.drawing import (
     linear,
     mask,
     picture,
+    views,
 )
-from tests.renderer.world import DRY, EMPTY, LEVEL
 
 pytestmark = pytest.mark.usefixtures("world")
 
-Floats = NDArray[np.float64]
-STEEP: dict[str, Any] = {"eye": [1.0, 8.0, 7.0], "target": [0.0, 0.0, 0.5], "fov_y": 60}
-GRAZING: dict[str, Any] = {"eye": [0.0, 0.8, 12.0], "target": [0.0, 0.3, 0.0], "fov_y": 60}
-OPEN = [-4000.0, 4000.0, -4000.0, 4000.0]
 
-
-def views(camera: dict[str, Any]) -> Floats:
-    """The unit vector from each pixel's place on the water towards the eye, (h, w, 3)."""
-    request = asked(camera=camera)
-    view = request.view()
-    across = (np.arange(request.width) + 0.5) / request.width * 2 - 1
-    down = 1 - (np.arange(request.height) + 0.5) / request.height * 2
-    x, y = np.meshgrid(across, down)
-    rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x)], axis=-1) @ view.ray_from_ndc.T
-    return -normals.unit(rays[..., :3])
-
-
-# ------------------------------------------------------------------------------------------------------- L10, L11: the weight
+# ------------------------------------------------------------------------------------------------- L10, L11: the weight
 
 
 def weight_error(bias: float, power: float, camera: dict[str, Any]) -> float:
@@ -97,11 +82,11 @@ def test_another_weight_fails(bias: float, broken: str) -> None:
         assert weight_error(bias, 1.0, STEEP) > 10
 
 
-# ----------------------------------------------------------------------------------------------------- L6 to L8: the ripples
+# ------------------------------------------------------------------------------------------------ L6 to L8: the ripples
 
 
 @pytest.fixture
-def tilt(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+def tilt(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Gives both ripple maps one slope everywhere; returns the normal that they mean."""
 
     def set_slope(x: float, z: float, *, opposite: bool = False) -> Floats:
@@ -113,7 +98,7 @@ def tilt(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         monkeypatch.setattr("renderer.water.luna.ripple_slopes", slopes)
         return normals.of_slope(np.array([x, z]))
 
-    yield set_slope
+    return set_slope
 
 
 SLOPE = 33 / 128
@@ -121,7 +106,7 @@ SLOPE = 33 / 128
 
 
 def shifted(plain: NDArray[np.uint8], right: float, down: Floats) -> Floats:
-    """Where each pixel reads a picture that is read farther right and down, in linear light; beyond the edge: the edge."""
+    """Where each pixel reads a picture that is read farther right and down, in linear light, clamped to its edge."""
     light = linear(plain)
     height, width, _ = light.shape
     x = np.clip(np.arange(width) + right, 0, width - 1)
@@ -206,143 +191,3 @@ def test_ripples_do_not_move_the_picture_as_a_whole() -> None:
     }
 
     assert min(errors, key=lambda step: errors[step]) == (0, 0)
-
-
-# ------------------------------------------------------------------------------------------------- L12: light and material
-
-ZERO, ONE = [0.0] * 3, [1.0] * 3
-BLACK: dict[str, Any] = {f"{a}_{b}": ZERO for a in ("material", "light") for b in ("ambient", "diffuse", "specular")}
-SUN = {"direction": [0.3, 0.8, 0.5], "shadows": False}
-HIGH = 0.8 / np.sqrt(0.98)
-"""Sine of that sun's elevation: n.l of flat water."""
-
-
-@pytest.mark.parametrize(
-    ("light", "factor"),
-    [
-        ({"material_ambient": ONE, "light_ambient": [0.8, 0.4, 0.2]}, [0.8, 0.4, 0.2]),
-        ({"material_ambient": [0.3, 0.6, 0.9], "light_ambient": ONE}, [0.3, 0.6, 0.9]),
-        ({"material_diffuse": ONE, "light_diffuse": [0.9, 0.5, 0.1]}, [0.9 * HIGH, 0.5 * HIGH, 0.1 * HIGH]),
-        ({"material_diffuse": [0.2, 0.4, 0.8], "light_diffuse": ONE}, [0.2 * HIGH, 0.4 * HIGH, 0.8 * HIGH]),
-        ({"material_ambient": ONE, "light_diffuse": ONE}, ZERO),
-        ({"material_diffuse": ONE, "light_ambient": ONE}, ZERO),
-        (
-            {
-                "material_ambient": [0.5] * 3,
-                "light_ambient": [0.4] * 3,
-                "material_diffuse": [0.6] * 3,
-                "light_diffuse": [0.7] * 3,
-            },
-            [0.2 + 0.42 * HIGH] * 3,
-        ),
-    ],
-)
-def test_each_light_times_its_material_lights_the_blend(light: dict[str, Any], factor: list[float]) -> None:
-    water = {**FLAT, **BLACK, **light, "refraction_bias": 0.1}
-    blend = linear(picture(water={**FLAT, "refraction_bias": 0.1}, sun=SUN))
-    expected = 255 * tonemap.srgb(np.clip(blend * factor, 0, 1))
-    shown = picture(water=water, sun=SUN)
-
-    assert (np.abs(shown - expected)[mask()] <= 1.6).all()
-
-
-def test_the_suns_own_brightness_does_not_dim_the_documents_light() -> None:
-    water = {**WINDOW, **BLACK, "material_diffuse": ONE, "light_diffuse": ONE}
-    dark = {**SUN, "intensity": 0.25}
-    bright = linear(picture(scene=EMPTY, water=water, sun=SUN, sky="constant", camera=STEEP))
-    dim = linear(picture(scene=EMPTY, water=water, sun=dark, sky="constant", camera=STEEP))
-
-    assert np.abs(bright - dim).max() < 1e-6
-
-
-def glint(direction: list[float], camera: dict[str, Any], power: float, **fields: Any) -> Floats:
-    """The picture of the sun's glint alone, in linear light."""
-    water = {**FLAT, **BLACK, "material_specular": [0.9, 0.6, 0.3], "light_specular": ONE, "specular_power": power}
-    sun = {"direction": direction, "shadows": False}
-    return linear(picture(scene=EMPTY, camera=camera, sun=sun, water={**water, "extents": OPEN}, **fields))
-
-
-@pytest.mark.parametrize("power", [4.0, 60.0, 200.0])
-def test_the_glint_is_phongs_lobe_about_the_mirrored_sun(power: float) -> None:
-    direction = [-0.1, 0.8, -0.6]
-    view = views(STEEP)
-    up = np.broadcast_to([0.0, 1.0, 0.0], view.shape)
-    lobe = microfacet.phong(up, np.broadcast_to(normals.unit(direction), view.shape), view, power)
-    expected = 255 * tonemap.srgb(lobe[..., None] * [0.9, 0.6, 0.3])
-    shown = 255 * tonemap.srgb(glint(direction, STEEP, power))
-
-    assert expected.max() > 100
-    assert np.abs(shown - expected).max() <= 1.0
-
-
-@pytest.mark.parametrize("direction", [[-0.1, -0.01, -0.6], [-0.1, 0.0, -0.6], [0.0, -1.0, 0.0]])
-def test_a_sun_below_the_water_has_no_glint_and_no_diffuse_light(direction: list[float]) -> None:
-    water = {**WINDOW, **BLACK, "material_diffuse": ONE, "light_diffuse": ONE, "extents": OPEN}
-    sun = {"direction": direction, "shadows": False}
-
-    assert glint(direction, GRAZING, 1.0).max(where=(views(GRAZING)[..., 1] > 0)[..., None], initial=0) == 0
-    assert picture(scene=EMPTY, camera=STEEP, sun=sun, water=water).max() == 0
-
-
-def test_a_glint_from_behind_is_caught() -> None:
-    guard = "NoL > 0.0 ? pow(max(dot(mirrored, v), 0.0), power) : 0.0"
-    with broken_shaders({"lib/microfacet.glsl": (guard, "pow(abs(dot(mirrored, v)), power)")}):
-        assert glint([-0.1, -0.01, -0.6], GRAZING, 1.0).max() > 0.1
-
-
-def test_no_sun_is_neither_diffuse_light_nor_glint() -> None:
-    water = {**WINDOW, **BLACK, "material_ambient": ONE, "light_ambient": ONE}
-    lit = {**water, "material_diffuse": ONE, "light_diffuse": ONE, "material_specular": ONE, "light_specular": ONE}
-
-    assert furthest(picture(water=water, sun=None), picture(water=lit, sun=None)) == 0
-    assert furthest(picture(water=water, sun=SUN), picture(water=lit, sun=SUN)) > 50
-
-
-# --------------------------------------------------------------------------------------------- L1, L18: parameters and figures
-
-OTHER: dict[str, Any] = {
-    "level": LEVEL + 0.4,
-    "extents": [-8.0, 8.0, -8.0, 8.0],
-    "ripple_scale": [0.02, 0.09],
-    "refraction_bias": -0.2,
-    "refraction_power": 5.0,
-    "tile_0": 7.0,
-    "tile_1": 5.0,
-    "velocity_0": [0.2, 0.1],
-    "velocity_1": [0.1, -0.2],
-    "ripple_height": 2.0,
-    "material_ambient": [0.1, 0.5, 0.9],
-    "material_diffuse": [0.3, 0.5, 0.9],
-    "material_specular": [0.9, 0.1, 0.1],
-    "specular_power": 20.0,
-    "light_ambient": [0.2, 0.5, 0.9],
-    "light_diffuse": [0.2, 0.5, 0.9],
-    "light_specular": [0.1, 0.5, 0.9],
-}
-
-
-@pytest.mark.parametrize("name", sorted(set(Luna.model_fields) - {"technique"}))
-def test_every_parameter_changes_the_water_and_nothing_else(name: str) -> None:
-    glittering = {"direction": [-5.0, 4.0, -8.0], "shadows": False}
-    view = {**PLAIN, "sun": glittering, "time": 2.0}
-    region = mask(time=2.0, water={name: OTHER[name]}) | mask(time=2.0)
-    plain, other = (picture(**view, water=water) for water in ({}, {name: OTHER[name]}))
-
-    assert furthest(plain, other, region) > 3
-    assert furthest(plain, other, ~region) == 0
-
-
-def test_the_figures_of_the_document_can_be_asked_for() -> None:
-    rippled, still = picture(), picture(water={"ripple_height": 0.0})
-    water = mask()
-
-    assert furthest(rippled, still, water) > 30
-    assert furthest(rippled, still, ~water) == 0
-    assert furthest(picture(layers=["refraction_map"]), picture(water={"extents": DRY})) == 0
-    assert furthest(picture(layers=["reflection_map"]), picture(layers=["refraction_map"])) > 100
-    assert drawn(**PLAIN, layers=["reflection_weight"]).color[water].max() > 100
-
-
-def test_ripples_are_sown_by_the_seed() -> None:
-    assert furthest(picture(seed=0), picture(seed=1), mask()) > 20
-    assert furthest(picture(seed=0), picture(seed=1), ~mask()) == 0

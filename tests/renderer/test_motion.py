@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def motion(period: float | None, *, steps: int = 12, step: float = 0.25) -> list
     """How much the water changes in each step, over a period of three seconds."""
     sky = {"scene": EMPTY, "sky": {"model": "gradient", "horizon": [0.9] * 3, "zenith": [0.0] * 3}, "water": RIPPLED}
     frames = [seen(k * step, period, **sky).astype(float) for k in range(steps + 1)]
-    return [float(np.abs(b - a).mean()) for a, b in zip(frames, frames[1:], strict=False)]
+    return [float(np.abs(b - a).mean()) for a, b in pairwise(frames)]
 
 
 def test_a_loop_is_as_lively_as_water_that_runs_on() -> None:
@@ -77,7 +78,7 @@ def test_the_documents_scroll_comes_back_by_itself_after_a_hundred_seconds() -> 
 def late_motion() -> float:
     """How far single steps of a film of the millionth second are from an even flow, as a share of a step."""
     frames = [seen(1e6 + k / 60, water=RIPPLED, scene=EMPTY).astype(float) for k in range(7)]
-    steps = [float(np.abs(b - a).mean()) for a, b in zip(frames, frames[1:], strict=False)]
+    steps = [float(np.abs(b - a).mean()) for a, b in pairwise(frames)]
     return float(np.std(steps) / np.mean(steps)) if np.mean(steps) > 0 else 1.0
 
 

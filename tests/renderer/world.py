@@ -1,4 +1,4 @@
-"""A small world to test with: a bowl with a pond, and saturated boxes in telling places. No textures, some thousand triangles."""
+"""A small world to test with: a bowl with a pond, and saturated boxes in telling places. No textures, few triangles."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ MATTE = Material("matte")
 def box(low: Vector, high: Vector, color: Vector, *, sway: float = 0.0) -> Mesh:
     """A box with flat faces that look outwards."""
     corners = np.array([low, high], np.float64)
-    position, normal, index = [], [], []
+    position: list[NDArray[np.float64]] = []
+    normal: list[NDArray[np.float64]] = []
+    index: list[NDArray[np.int64]] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         for side in (0, 1):

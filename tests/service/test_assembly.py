@@ -263,7 +263,7 @@ def test_a_frame_that_was_lost_or_damaged_is_drawn_again_as_it_was(
 
 
 def test_a_frame_of_another_version_is_not_passed_off_as_the_old_one(
-    jobs: Jobs, cache: FrameCache, monkeypatch: pytest.MonkeyPatch
+    jobs: Jobs, cache: FrameCache, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job_id = _done(jobs, 2)
     for record in jobs.store.frames(job_id):
@@ -274,6 +274,7 @@ def test_a_frame_of_another_version_is_not_passed_off_as_the_old_one(
         jobs.frame(job_id, 0)
     with pytest.raises(ProductIncomplete):
         jobs.product(job_id, "result.zip")
+    assert len(begun(tmp_path)) == 2
 
 
 def test_a_damaged_product_is_made_again(jobs: Jobs) -> None:

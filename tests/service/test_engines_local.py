@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from concurrent.futures import wait
+from concurrent.futures import Future, wait
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,7 +17,10 @@ from renderer.errors import NoDevice
 from service.engines import local
 from service.engines.base import Lane
 from service.engines.local import NICENESS, LocalEngine
+from service.engines.queue import Entry
+from service.engines.slot import NeverBegun, Slot
 from service.errors import EngineUnavailable, FrameTimedOut, WorkerDied
+from service.worker import FrameReport
 from tests.service.core import eventually, make_local, running, task
 from tests.service.scripted import Seed, begun, no_device, open_gate
 
@@ -100,6 +103,21 @@ def test_an_idle_worker_that_dies_is_replaced_and_costs_no_frame(tmp_path: Path)
             frames = [engine.submit(task(10.0 * round_ + i), Lane.BATCH) for i in range(3)]
 
             assert all(frame.result(30).size > 0 for frame in frames)
+
+
+def test_a_frame_that_no_process_begins_does_not_go_round_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def finished(slot: Slot, entry: Entry, future: Future[FrameReport]) -> NeverBegun:
+        slot.entry, slot.state = None, "idle"
+        return NeverBegun()
+
+    monkeypatch.setattr(Slot, "finished", finished)
+    with running(make_local(tmp_path, workers=1, interactive=False)) as engine:
+        with pytest.raises(EngineUnavailable, match="before they begin"):
+            engine.submit(task(), Lane.BATCH).result(30)
+
+        assert len(begun(tmp_path)) == 1 + local.MOST_RETURNS
 
 
 def test_a_worker_that_never_comes_up_says_why(tmp_path: Path) -> None:

@@ -71,6 +71,7 @@ BAD_BODIES: list[tuple[str, dict[str, Any]]] = [
     ('{"time": 1, "time": 2}', {"path": "time"}),
     ('{"water": {"technique": "luna", "tile_0": 1, "tile_0": 2}}', {"path": "water.tile_0"}),
     ('{"camera": "\\ud800"}', {"path": "camera"}),
+    ('{"scene": "\\ud800"}', {"path": ""}),
     ("[1, 2]", {"path": "", "value": [1, 2]}),
     ('{"x": 1, "x": ' + "[" * 900 + "]" * 900 + "}", {"path": "x"}),
     ('{"water": ' + "[" * 900 + "]" * 900 + "}", {"path": "water"}),

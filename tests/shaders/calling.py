@@ -57,7 +57,7 @@ def call(
     source = "\n".join([library.text, *lines])
     dtype, width = RESULTS[result]
     with ExitStack() as owned:
-        raw = device.context.program(vertex_shader=source, varyings=["call_result"])
+        raw = device.context.program(vertex_shader=source, varyings=("call_result",))
         owned.callback(raw.release)
         program = Program(device.binding, raw)
         program.bind(textures or {})

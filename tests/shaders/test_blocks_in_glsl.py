@@ -58,14 +58,16 @@ def _run(block: Block, members: list[Member]) -> tuple[int, bytes]:
     declared = [f"out {member.glsl.type} read_{member.name};" for member in members]
     copied = [f"    read_{member.name} = {block.instance_name()}.{member.name};" for member in members]
     source = "\n".join([VERSION, block.glsl(), *declared, "void main()", "{", *copied, "}"])
-    raw = device.context.program(vertex_shader=source, varyings=[f"read_{member.name}" for member in members])
+    raw = device.context.program(vertex_shader=source, varyings=tuple(f"read_{member.name}" for member in members))
     Program(device.binding, raw)
     uniforms = Uniforms(device, block)
     uniforms.bind()
     output = device.context.buffer(reserve=sum(4 * WIDTH[member.glsl.type] for member in members))
     array = device.context.vertex_array(raw, [])
     array.transform(output, moderngl.POINTS, vertices=1)
-    data, size = bytes(output.read()), raw[block.glsl_name()].size
+    data, told = bytes(output.read()), raw[block.glsl_name()]
+    assert isinstance(told, moderngl.UniformBlock)
+    size = told.size
     for owned in (array, output, raw, uniforms):
         owned.release()
     device.check_errors("block")
