@@ -36,6 +36,8 @@ class ViewBlock(Block):
     """The eye's place and 1, or the direction towards it and 0."""
     clip_plane: Vec4
     """What is kept: dot(plane, (position, 1)) >= 0."""
+    eye_reach: Length
+    """Of a parallel view: how far the camera's place lies along the direction towards the eye."""
 
 
 class WaterPlane(Block):
@@ -95,6 +97,7 @@ class Look:
             shadow_from_world=flat(shadow_from_world),
             eye=quadruple(self.camera.eye),
             clip_plane=self.clip_plane,
+            eye_reach=float(self.camera.world_from_camera[:3, 2] @ self.camera.world_from_camera[:3, 3]),
         )
 
     def sees(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> NDArray[np.bool_]:

@@ -36,7 +36,9 @@ void main()
 #endif
     vec3 lit = surface.albedo * (light.ambient + light.sun_radiance * (received * sun_visibility(shadow_place)));
 #ifdef HAS_FOG
-    lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : position_world + 1e4 * view.eye.xyz, position_world);
+    // A parallel view begins in the camera's plane.
+    vec3 parallel = position_world + (view.eye_reach - dot(position_world, view.eye.xyz)) * view.eye.xyz;
+    lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : parallel, position_world);
 #endif
     radiance = vec4(rounded_to_half(lit), seen_through_water(position_world.y));
 }

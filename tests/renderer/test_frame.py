@@ -131,6 +131,23 @@ def test_the_brightest_light_that_may_be_asked_for_is_white_not_black() -> None:
         assert shown[-30:].min() > 200, operator
 
 
+LENSES = [{"fov_y": 1.0}, {"orthographic": {"height": 0.2}}]
+
+
+@pytest.mark.parametrize("lens", LENSES, ids=["pinhole", "parallel"])
+@pytest.mark.parametrize("distance", [0.5, 4.0, 30.0])
+def test_fog_takes_light_by_the_way_through_it(facing: Any, lens: dict[str, Any], distance: float) -> None:
+    mist = {"color": [0.6, 0.7, 0.8], "density": 0.05, "height_falloff": 0.0}
+    camera = {"eye": [0.0, 0.0, distance], "target": [0.0, 0.0, 0.0], **lens}
+    shown = picture(
+        scene=facing(np.array([0.0, 0.0, 1.0])), camera=camera, sun=None, ambient=[0.5] * 3, fog=mist, **DRY_SCENE
+    )
+    through = np.exp(-0.05 * distance)
+    expected = 255 * tonemap.srgb(np.array(ALBEDO) * TINT * 0.5 * through + np.array(mist["color"]) * (1 - through))
+
+    assert np.abs(shown - expected).max() <= 0.6
+
+
 def test_exposure_counts_in_stops() -> None:
     one = linear(picture(tonemap={"operator": "none", "exposure": -2.0}))
     two = linear(picture(tonemap={"operator": "none", "exposure": -3.0}))

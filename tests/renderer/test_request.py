@@ -17,7 +17,7 @@ from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
 from renderer.scene.sky import ConstantSky
 from tests.renderer.asking import Fields, frames, noise
-from tests.renderer.world import DRY, EXTENTS, LEVEL, NAME, OWN
+from tests.renderer.world import COPY, DRY, EMPTY, EXTENTS, LEVEL, NAME, OWN, STILL
 
 pytestmark = pytest.mark.usefixtures("world")
 
@@ -182,7 +182,7 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"camera": {"matrix": [1] * 15}}, "camera.matrix", "length >= 16"),
         ({"camera": {"matrix": [1] * 16}}, "camera.matrix", "orthonormal, determinant +1"),
         ({"camera": None}, "camera", None),
-        ({"scene": "pnd"}, "scene", "one of pond, test"),
+        ({"scene": "pnd"}, "scene", "one of " + ", ".join(["pond", NAME, STILL, COPY, EMPTY])),
         ({"scene": 7}, "scene", None),
         ({"water": "lunna"}, "water", "one of luna"),
         ({"water": {"technique": "lunna", "ripple_height": 3}}, "water", "one of luna"),

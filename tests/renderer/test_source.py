@@ -67,9 +67,7 @@ def test_files_that_include_each_other_end(write: Write) -> None:
 
 def test_an_include_in_a_comment_is_none(write: Write) -> None:
     write(
-        {
-            "main.vert": '// #include "gone.glsl"\n/* #include <None>\n#include "gone.glsl" */ int kept; // end\nint next;'
-        }
+        {"main.vert": '// #include "gone.glsl"\n/* #include <None>\n#include "gone.glsl" */ int kept; // e\nint next;'}
     )
     spliced = preprocess("main.vert")
 
@@ -134,7 +132,7 @@ def test_every_drivers_line_numbers_become_ours(write: Write, log: str, explaine
 def test_the_drivers_complaint_names_file_and_line(write: Write) -> None:
     write(
         {
-            "passes/bad.vert": '#include "lib/good.glsl"\n#include "water/bad.glsl"\nvoid main() {gl_Position = bad();}',
+            "passes/bad.vert": '#include "lib/good.glsl"\n#include "water/bad.glsl"\nvoid main(){gl_Position = bad();}',
             "lib/good.glsl": "// Fine.\nfloat good(float x)\n{\n    return x;\n}\n",
             "water/bad.glsl": '#include "lib/good.glsl"\nvec4 bad() { return vec4(missing); }\n',
         }

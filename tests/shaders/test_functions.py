@@ -100,6 +100,15 @@ def test_srgb_is_exact_to_a_hundredth_of_a_step() -> None:
     assert off(tonemap.srgb(line), srgb_from_linear(line)) < 1e-12
 
 
+def test_the_dithered_pictures_curve_is_srgb_too() -> None:
+    grey = np.repeat(np.linspace(0, 1, 4097)[:, None], 3, axis=1)
+
+    assert (
+        off(tonemap.srgb(grey.astype(np.float32)), call("lib/colour.glsl", "srgb_by_roots(c)", "vec3", c=grey))
+        < 0.01 / 255
+    )
+
+
 def test_roots_are_squared_exactly() -> None:
     root = np.arange(256, dtype=np.float32)[:, None].repeat(3, 1) / np.float32(255)
 
@@ -157,3 +166,26 @@ def test_fog_is_the_integral_along_the_way(falloff: float) -> None:
     )
 
     assert off(fog.transmittance(eye, point, distance, 0.01, falloff), through) < 0.5 / 255
+
+
+@pytest.mark.parametrize("falloff", [0.02, 0.3])
+def test_fog_before_the_sky_is_the_integral_to_where_the_air_ends(falloff: float) -> None:
+    rise = np.linspace(0.01, 1, 200)
+    direction = np.stack([np.sqrt(1 - rise**2), rise, np.zeros(200)], axis=1)
+    far = 40 / falloff / rise
+    block = Fog(color=(0.0, 0.0, 0.0), density=0.01, height_falloff=falloff)
+    sky = call(
+        "lib/fog.glsl",
+        "fogged_sky(vec3(1.0), vec3(0.0, h, 0.0), d)",
+        "vec3",
+        blocks=[block, LightBlock()],
+        d=direction,
+        h=3.0,
+    )
+    expected = np.array([fog.transmittance(3.0, 3.0 + f * y, f, 0.01, falloff) for f, y in zip(far, rise, strict=True)])
+
+    assert off(expected, sky[:, 0]) < 0.5 / 255
+    level = call(
+        "lib/fog.glsl", "fogged_sky(vec3(1.0), vec3(0.0), d)", "vec3", blocks=[block, LightBlock()], d=[[1.0, 0.0, 0.0]]
+    )
+    assert level.max() == 0
