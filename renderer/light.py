@@ -14,7 +14,6 @@ from renderer.blocks import Block, Declaration
 from renderer.camera import compass_direction
 from renderer.units import Angle, Color, Direction, Length, Number, Vec3
 
-
 SETTING = 0.0175
 """Sine of the elevation under which a sun that casts shadows begins to set: 1 degree."""
 

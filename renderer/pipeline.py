@@ -164,7 +164,7 @@ class Renderer:
         world.stage.draw(
             look,
             fragment="passes/scene.frag",
-            defines=(*world.shadows.defines, *fog),
+            defines=(*world.shadows.defines, *fog, *(("HAS_SAMPLES",) if target.samples > 1 else ())),
             in_map=spec is not None,
             keeps=lambda part: (spec is None or part.in_maps) and (objects is None or bool(objects & part.tags)),
             textures=world.shadows.textures,

@@ -71,10 +71,10 @@ class WorkerDied(FrameError):
 class FrameTimedOut(FrameError):
     """The frame was not drawn by its deadline; its process was ended."""
 
-    def __init__(self, limit: float, *, key: str = "") -> None:
-        super().__init__(f"The frame was not drawn within {limit:.1f} s; its process was ended.", key=key)
-        self.limit = limit
-        """Seconds."""
+    def __init__(self, seconds: float, *, key: str = "") -> None:
+        super().__init__(f"The frame was not drawn in {seconds:.1f} s; its process was ended.", key=key)
+        self.seconds = seconds
+        """How long it was given."""
 
 
 class FramePoisoned(FrameError):

@@ -48,7 +48,7 @@ class FrameTask:
     request: bytes
     """The canonical request."""
     limit: float
-    """Seconds after which the process is ended."""
+    """Seconds after which the process is ended: of the clock, or of its CPU time where it is a niced one."""
     ticket: int = 0
     """Which number in the shared flag cancels it; the engine sets it."""
 

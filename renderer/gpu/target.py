@@ -37,6 +37,7 @@ class Target:
     ) -> None:
         device.check_thread()
         self.device, self.size, self.kind, self.components = device, size, kind, components
+        self.samples = samples
         context = device.context
         self.color: GpuTexture | None = None
         attachment: moderngl.Texture | moderngl.Renderbuffer

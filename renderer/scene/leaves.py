@@ -83,13 +83,13 @@ def atlas() -> Texture:
         window = np.s_[row * TEXELS : (row + 1) * TEXELS, column * TEXELS : (column + 1) * TEXELS]
         image[window] = np.round(np.clip(texels, 0, 1) * 255)
     image.flags.writeable = False
-    return Texture("foliage", image, is_srgb=True, wrap="clamp", mipmaps="coverage")
+    return Texture("foliage", image, is_srgb=True, wrap="clamp", mipmaps="coverage", blends_mipmaps=False)
 
 
 @lru_cache(maxsize=1)
 def bark() -> Texture:
     """Bark for all trunks, grey enough to be tinted by the vertex colours."""
-    return Texture("bark", plant.bark(11), is_srgb=True)
+    return Texture("bark", plant.bark(11), is_srgb=True, blends_mipmaps=False)
 
 
 @cache

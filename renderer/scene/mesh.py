@@ -63,9 +63,7 @@ class Mesh:
             color = np.concatenate([color, np.zeros((count, 1), np.float32)], axis=1)
         return cls(
             position=np.asarray(position, np.float32),
-            normal=smooth_normals(position, triangles)
-            if normal is None
-            else np.asarray(normal, np.float32),
+            normal=smooth_normals(position, triangles) if normal is None else np.asarray(normal, np.float32),
             uv=np.zeros((count, 2), np.float32) if uv is None else np.asarray(uv, np.float32),
             color=np.tile(np.array([1, 1, 1, 0], np.float32), (count, 1))
             if color is None
@@ -86,10 +84,7 @@ class Mesh:
             uv=np.concatenate([mesh.uv for mesh in meshes]),
             color=np.concatenate([mesh.color for mesh in meshes]),
             index=np.concatenate(
-                [
-                    mesh.index + np.uint32(start)
-                    for mesh, start in zip(meshes, starts, strict=True)
-                ],
+                [mesh.index + np.uint32(start) for mesh, start in zip(meshes, starts, strict=True)],
             ),
         )
 

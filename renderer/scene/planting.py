@@ -9,6 +9,7 @@ the hills. Objects are ordered from the pond outwards.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -51,6 +52,8 @@ WILD = ("far_oak", "far_alder", "far_birch", "far_alder", "far_oak", "far_spruce
 """What the trees between and behind them are."""
 BELTS = ((30, 52.0, 62.0, True), (14, 68.0, 84.0, False))
 """Rows of far woods: count, inner and outer radius, whether the reflection shows them."""
+BLADES_SEEN = 18.0
+"""Metres from the eye within which single blades are drawn; farther off their coarser tufts do."""
 VISTAS = ((207.0, 9.0), (285.0, 8.0), (60.0, 12.0), (150.0, 9.0))
 """Bearings (from +x towards +z) and half widths, degrees, where no further tree stands."""
 
@@ -157,5 +160,12 @@ def _object(
     name: str, meshes: Sequence[Mesh], material: Material, tag: str, *, casts_shadow: bool = True, in_maps: bool = True
 ) -> SceneObject:
     return SceneObject(
-        name, meshes[0], material, frozenset({"plant", tag}), casts_shadow, map_mesh=meshes[1], in_maps=in_maps
+        name,
+        meshes[0],
+        material,
+        frozenset({"plant", tag}),
+        casts_shadow,
+        map_mesh=meshes[1],
+        in_maps=in_maps,
+        detail_distance=BLADES_SEEN if material == leaves.BLADES and in_maps else math.inf,
     )

@@ -16,6 +16,7 @@ from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from ctypes import c_long
 from dataclasses import dataclass, replace
+from math import inf
 from multiprocessing import get_context
 from time import monotonic
 from typing import Any
@@ -32,6 +33,11 @@ from service.worker import START_LIMIT, FrameReport, WorkerConfig, WorkerFacts, 
 log = logging.getLogger(__name__)
 
 _SPAWN = get_context("spawn")
+BATCH_PATIENCE = 6.0
+"""Times its limit that a batch frame may take on the clock; its limit itself is one of CPU time.
+
+Batch processes are niced: where others use the machine, a frame that is quite well may stand still for long.
+"""
 _LONGEST_WAIT = 30.0
 """Seconds between attempts to bring up a worker that does not come up."""
 
@@ -133,9 +139,13 @@ class Slot:
         """Draw a frame. The slot must be idle."""
         self._ticket += 1
         self.entry, self.state, self._since = entry, "busy", monotonic()
+        limit = wall = entry.task.limit
+        if self.lane is Lane.BATCH and self.facts is not None and self.facts.software:
+            wall = limit * BATCH_PATIENCE
         if self._watch is not None:
-            self._watch.begin(entry.task.limit)
-        self._schedule(entry, render_frame, replace(entry.task, ticket=self._ticket))
+            # An interactive process draws with many threads, and somebody waits: there the clock on the wall counts.
+            self._watch.begin(limit if self.lane is Lane.BATCH else inf, wall)
+        self._schedule(entry, render_frame, replace(entry.task, ticket=self._ticket, limit=wall))
 
     def cancel(self) -> None:
         """Ask for the running frame to stop at its next sample."""
@@ -232,9 +242,8 @@ class Slot:
         reason = watch.sentence if watch is not None else ""
         log.error("worker %s (pid %s) ended on frame %s: %s, exit code %s", self.name, pid, task.key, reason, exit_code)
         # The deadline held inside the process ends it with exit code 1.
-        timed_out = elapsed >= task.limit and (exit_code == 1 or (watch is not None and watch.is_overdue))
-        if timed_out:
-            return FrameTimedOut(task.limit, key=task.key)
+        if (watch is not None and watch.is_overdue) or (exit_code == 1 and elapsed >= task.limit):
+            return FrameTimedOut(elapsed, key=task.key)
         return WorkerDied(reason, key=task.key, exit_code=exit_code, pid=pid)
 
     def _fail(self, error: BaseException) -> None:

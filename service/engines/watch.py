@@ -29,7 +29,8 @@ class Watch:
         self._process = process
         self._watches_cpu = watches_cpu
         self._deadline: float | None = None
-        self._limit = 0.0
+        self._cpu_deadline: float | None = None
+        self._limit = self._wall = 0.0
         self._cpu = -1.0
         self._stopped = self._idle = self._lost = 0
         self.sentence = ""
@@ -37,9 +38,10 @@ class Watch:
         self.is_overdue = False
         """Whether it was ended for a frame's deadline."""
 
-    def begin(self, limit: float) -> None:
-        """It was given a frame, to be drawn in ``limit`` seconds."""
-        self._limit, self._deadline = limit, None
+    def begin(self, limit: float, wall: float) -> None:
+        """It was given a frame, to be drawn in ``limit`` seconds of its CPU time and ``wall`` seconds."""
+        self._limit, self._wall = limit, wall
+        self._deadline = self._cpu_deadline = None
         self._cpu, self._idle = -1.0, 0
 
     @property
@@ -81,9 +83,10 @@ class Watch:
             return
 
     def _look_at_frame(self, status: str, cpu: float, now: float) -> None:
-        if self._deadline is None:
-            self._deadline = now + self._limit + _LATE
-        if now > self._deadline:
+        if self._deadline is None or self._cpu_deadline is None:
+            self._deadline, self._cpu_deadline = now + self._wall + _LATE, cpu + self._limit
+        is_overdue = now > self._deadline or (self._watches_cpu and cpu > self._cpu_deadline)
+        if is_overdue:
             self.is_overdue = True
             self.kill("its frame was overdue")
             return

@@ -26,8 +26,15 @@ void main()
 #endif
     Surface surface = material_surface(position_world, n, surface_uv, surface_color);
 #ifdef HAS_ALPHA_CUTOFF
+#ifdef HAS_SAMPLES
+    // The edge is one pixel wide, and as many of the pixel's four samples are drawn as lie within it.
+    float inside = (surface.alpha - material.alpha_cutoff) / max(fwidth(surface.alpha), 1e-4) + 0.5;
+    int covered = int(4.0 * clamp(inside, 0.0, 1.0) + 0.5);
+    gl_SampleMask[0] = covered > 2 ? (covered > 3 ? 15 : 7) : (covered > 1 ? 9 : covered);
+#else
     if (surface.alpha < material.alpha_cutoff)
         discard;
+#endif
 #endif
     float NoL = dot(surface.normal, light.sun_direction);
     float received = max(NoL, 0.0);

@@ -120,7 +120,9 @@ def _take_time(seed: Seed, room: Path, is_cancelled: Callable[[], bool]) -> None
     elif seed in {Seed.SPIN, Seed.SPIN_UNGUARDED}:
         if seed is Seed.SPIN_UNGUARDED:
             faulthandler.cancel_dump_traceback_later()
-        _spin(60, lambda: False)
+        end = time.monotonic() + 60
+        while time.monotonic() < end:
+            pass
     elif seed is Seed.DRAW_SLOWLY:
         _spin(0.1, lambda: False)
     elif seed is Seed.WAIT:
