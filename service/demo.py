@@ -29,8 +29,9 @@ START_SECONDS = 120.0
 STILLS: dict[str, dict[str, Any]] = {
     "frame": {},
     "evening": {
-        "sun": {"azimuth": 300, "elevation": 7, "color": [1.0, 0.62, 0.34], "intensity": 0.9},
-        "ambient": [0.16, 0.17, 0.24],
+        "sun": {"azimuth": 262, "elevation": 9, "color": [1.0, 0.66, 0.38], "intensity": 1.6},
+        "ambient": [0.2, 0.2, 0.26],
+        "tonemap": {"operator": "aces", "exposure": 0.7},
     },
     "low": {"camera": {"eye": [9.5, 1.1, 6.5], "target": [-3, 0.7, -4], "fov_y": 50}, "time": 3.0},
 }

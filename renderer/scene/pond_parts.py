@@ -6,6 +6,7 @@ headland at (9, 9); everything else is scattered from the seed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -22,6 +23,10 @@ from renderer.scene.shore import Shore, shape_shore
 AXIS = terrain.Axis(1025)
 TERRAIN_TRIANGLES, MAP_TRIANGLES = 61_000, 8_000
 PATH_AXIS = AXIS.texels(1024)
+DRY = 0.15
+"""Metres above the water over which a tile of ground has no shoreline that a coarser one could move."""
+DRY_GROUND_SEEN = 30.0
+"""Metres from the eye within which dry ground keeps its finest triangles."""
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
 
@@ -140,7 +145,7 @@ def terrain_objects(land: Land) -> list[SceneObject]:
             GROUND,
             frozenset({"terrain"}),
             map_mesh=plain[number],
-            detail_distance=30.0,
+            detail_distance=DRY_GROUND_SEEN if plain[number].bounds[0][1] > DRY else math.inf,
         )
         for number in full
     ]

@@ -32,8 +32,9 @@ PICTURES: dict[str, Picture] = {
     "evening": Picture(
         "The pond before sunset",
         {
-            "sun": {"azimuth": 295, "elevation": 8, "color": [1.0, 0.6, 0.33]},
-            "ambient": [0.17, 0.18, 0.24],
+            "sun": {"azimuth": 262, "elevation": 9, "color": [1.0, 0.66, 0.38], "intensity": 1.6},
+            "ambient": [0.2, 0.2, 0.26],
+            "tonemap": {"operator": "aces", "exposure": 0.7},
         },
     ),
     "south-east": Picture("Seen from the south-east", side(135)),
