@@ -109,10 +109,12 @@ class LightBlock(Block):
     ambient: Vec3 = (0.0, 0.0, 0.0)
     """Light from all sides."""
     water_level: Length = 0.0
-    """Height that the fog's density is given at."""
+    """Height of the water's plane."""
+    eye_side: Number = 1.0
+    """1 where the picture's eye is above the water, -1 below."""
 
     @classmethod
-    def of(cls, sun: Sun | None, ambient: tuple[float, ...], water_level: float) -> LightBlock:
+    def of(cls, sun: Sun | None, ambient: tuple[float, ...], water_level: float, eye_side: float) -> LightBlock:
         """The block of these lights."""
         towards = np.array([0.0, 1.0, 0.0]) if sun is None else sun.towards
         radiance = np.zeros(3) if sun is None else sun.radiance * sun.share_above_horizon
@@ -122,5 +124,6 @@ class LightBlock(Block):
                 "sun_radiance": radiance.tolist(),
                 "ambient": list(ambient),
                 "water_level": water_level,
+                "eye_side": eye_side,
             },
         )

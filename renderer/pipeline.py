@@ -20,7 +20,7 @@ from renderer.gpu.geometry import Uniforms
 from renderer.gpu.target import Target
 from renderer.light import LightBlock
 from renderer.passes.composite import CompositePass
-from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, map_look, water_window
+from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, eye_side, map_look, water_window
 from renderer.passes.shadow import ShadowPass
 from renderer.passes.shadows import Shadows
 from renderer.passes.sky import Sky, SkyPass
@@ -108,7 +108,7 @@ class Renderer:
         """Draw one sub-frame in linear light; what is returned holds the layer."""
         request, camera = instant.request, instant.camera
         samples = request.msaa if layer == "color" else 1
-        self._light(request, instant.time)
+        self._light(request, camera, instant.time)
         with self._pass("shadow"):
             shadows = self._shadows.draw(stage, request.sun, SCENES[request.scene].centre)
         with self._pass("sky"):
@@ -141,7 +141,7 @@ class Renderer:
         drawn: dict[str, DrawnMap] = {}
         if request.maps is not None:
             camera = request.maps.camera.camera(camera.width, camera.height)
-            self._light(request, request.maps.time)
+            self._light(request, camera, request.maps.time)
         else:
             for name in [name for name, spec in specs.items() if spec.is_the_scene]:
                 copy = self._lend_map(name, specs.pop(name), camera)
@@ -177,9 +177,9 @@ class Renderer:
         kind = {"half": "f2", "byte": "f1"}[spec.format]
         return self._targets.lend(f"{name} map", (camera.width, camera.height), kind=kind, wrap=spec.wrap)
 
-    def _light(self, request: FrameRequest, instant: float) -> None:
+    def _light(self, request: FrameRequest, camera: Camera, instant: float) -> None:
         level = request.water.level or 0.0
-        self._bind("light", LightBlock.of(request.sun, request.ambient, level))
+        self._bind("light", LightBlock.of(request.sun, request.ambient, level, eye_side(camera, level)))
         self._bind("wind", Wind.at(instant, request.period))
         if request.fog is not None:
             self._bind("fog", request.fog)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 from renderer.errors import Cancelled
 from renderer.request import FrameRequest
+from renderer.source_digest import source_digest
 from service.cost import CostModel
 from service.engines.base import Engine, Lane
 from service.errors import FramePoisoned, FrameTimedOut, Overloaded, QueueFull, WorkerDied
@@ -136,7 +137,7 @@ class Flights:
         if lane is Lane.INTERACTIVE and waiting > 0 and waiting + estimate > self._queue_seconds:
             self.counts.refused += 1
             raise QueueFull(waiting + estimate, self._queue_seconds)
-        task = FrameTask(key, request.canonical(), self._deadlines.limit(estimate))
+        task = FrameTask(key, request.canonical(), source_digest(), self._deadlines.limit(estimate))
         flight = Flight(request, task, lane, estimate, self._engine.submit(task, lane))
         self._flights[key] = flight
         return flight

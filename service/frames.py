@@ -88,21 +88,22 @@ class FrameCache:
         """
         await self.until_up()
         key = request.key()
+        name = self._name(key)
         for _ in range(2):  # a frame may be evicted between its report and its reading
             with suppress(ArtifactMissing):
-                stored = self._shelf.take(self._name(key))
-                if stored is None:
+                stored = self._shelf.take(name)
+                if stored is None and self.artifacts.find(name) is not None:
                     stored = await asyncio.to_thread(self.read, request, key)
-                self.hits += 1
-                return stored
+                if stored is not None:
+                    self.hits += 1
+                    return stored
             ticket = self.flights.join(request, key, lane)
             try:
                 report = await asyncio.wrap_future(ticket.future)
             finally:
                 ticket.leave()
             with suppress(ArtifactMissing):
-                stored = await asyncio.to_thread(self.read, request, key)
-                return replace(stored, hit=not report.timings, timings=report.timings)
+                return self._fresh(request, report)
         raise ArtifactMissing(key)
 
     async def sequence(
@@ -157,6 +158,20 @@ class FrameCache:
         stored = StoredFrame(key, of, artifact.digest, data, media_type, self.engine.driver)
         self._shelf.put(artifact.name, stored)
         return stored
+
+    def _fresh(self, request: FrameRequest, report: FrameReport) -> StoredFrame:
+        """The frame of a report: its file was written just now, so that reading it waits for no disk."""
+        name = artifact_name(report.key, report.fingerprint)
+        stored = StoredFrame(
+            report.key,
+            report.fingerprint,
+            report.digest,
+            self.artifacts.read_fresh(name, report.digest),
+            FORMATS[request.format].media_type,
+            report.driver,
+        )
+        self._shelf.put(name, stored)
+        return replace(stored, hit=not report.timings, timings=report.timings)
 
     def _drawn(self, request: FrameRequest, report: FrameReport) -> None:
         self.cost.learn(request, report.timings["render"] + report.timings["encode"])

@@ -24,6 +24,7 @@ from PIL import Image
 from renderer.encode.image import FORMATS
 from renderer.errors import MillpondError
 from renderer.request import FrameRequest
+from renderer.source_digest import source_digest
 from service.artifacts import LocalArtifacts, artifact_name
 from service.errors import EngineUnavailable, FrameError
 
@@ -47,6 +48,8 @@ class FrameTask:
     key: str
     request: bytes
     """The canonical request."""
+    sources: str
+    """The digest of the sources by which the key was made."""
     limit: float
     """Seconds after which the process is ended: of the clock, or of its CPU time where it is a niced one."""
     ticket: int = 0
@@ -138,9 +141,9 @@ class Worker:
 
     def render(self, task: FrameTask, is_cancelled: Callable[[], bool] = lambda: False) -> FrameReport:
         """Render, encode, store. Raises what the renderer raises, and ``StoreUnavailable``."""
-        request = FrameRequest.parse(json.loads(task.request))
-        if request.key() != task.key:
+        if task.sources != source_digest():
             raise EngineUnavailable("The renderer's sources changed while the service ran: restart it.", retry_after=60)
+        request = FrameRequest.parse(json.loads(task.request))
         name = artifact_name(task.key, self.facts.fingerprint)
         artifact = self._artifacts.verified(name)
         timings: dict[str, float] = {}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,20 +31,20 @@ class Part:
     material: Uniforms
     textures: dict[str, GpuTexture]
     sways: bool
+    programs: dict[tuple[str, tuple[str, ...]], Program] = field(default_factory=dict)
 
-    def program(self, device: Device, fragment: str, defines: Iterable[str]) -> Program:
-        """The program that draws this part."""
-        material: Material = self.source.material
-        names = [*defines, *material.defines]
-        if self.sways:
-            names.append("SWAYS")
-        return device.program(
-            "passes/scene.vert",
-            fragment,
-            defines=names,
-            blocks=BLOCKS,
-            aliases={"material": f"materials/{material.shader}.glsl"},
-        )
+    def program(self, device: Device, fragment: str, defines: tuple[str, ...]) -> Program:
+        """The program that draws this part; remembered, since a part is drawn twice a frame."""
+        if (fragment, defines) not in self.programs:
+            material: Material = self.source.material
+            self.programs[fragment, defines] = device.program(
+                "passes/scene.vert",
+                fragment,
+                defines=(*defines, *material.defines, *(("SWAYS",) if self.sways else ())),
+                blocks=BLOCKS,
+                aliases={"material": f"materials/{material.shader}.glsl"},
+            )
+        return self.programs[fragment, defines]
 
 
 class Stage:
@@ -96,12 +96,13 @@ class Stage:
         context.enable_only(context.DEPTH_TEST)
         context.depth_func = ">="
         context.front_face = "cw" if look.camera.is_mirrored else "ccw"
+        names = (*defines, "CLIPS") if clips else defines
         if clips:
             context.enable_direct(GL_CLIP_DISTANCE0)
         triangles = 0
         for i in order:
             part = self.parts[i]
-            program = part.program(self.device, fragment, defines)
+            program = part.program(self.device, fragment, names)
             program.bind({**(textures or {}), **part.textures})
             part.material.bind()
             if part.source.material.is_two_sided:

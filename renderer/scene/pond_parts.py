@@ -6,7 +6,6 @@ headland at (9, 9); everything else is scattered from the seed.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -23,10 +22,6 @@ from renderer.scene.shore import Shore, shape_shore
 AXIS = terrain.Axis(1025)
 TERRAIN_TRIANGLES, MAP_TRIANGLES = 61_000, 8_000
 PATH_AXIS = AXIS.texels(1024)
-DRY = 0.15
-"""Metres above the water over which a tile of ground has no shoreline that a coarser one could move."""
-DRY_GROUND_SEEN = 30.0
-"""Metres from the eye within which dry ground keeps its finest triangles."""
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
 
@@ -139,14 +134,7 @@ def terrain_objects(land: Land) -> list[SceneObject]:
         for cap, count in ((longest, TERRAIN_TRIANGLES), (4 * longest, MAP_TRIANGLES))
     )
     return [
-        SceneObject(
-            f"ground {number}",
-            full[number],
-            GROUND,
-            frozenset({"terrain"}),
-            map_mesh=plain[number],
-            detail_distance=DRY_GROUND_SEEN if plain[number].bounds[0][1] > DRY else math.inf,
-        )
+        SceneObject(f"ground {number}", full[number], GROUND, frozenset({"terrain"}), map_mesh=plain[number])
         for number in full
     ]
 
@@ -176,7 +164,7 @@ def rock_objects(land: Land) -> list[SceneObject]:
         pebbles = rocks.stones(small, land.seed + 6000 + quarter, 0, land.height)
         parts += [
             SceneObject(
-                f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=14.0
+                f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=24.0
             ),
             SceneObject(f"stones {quarter}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False),
         ]

@@ -29,5 +29,7 @@ void main()
     shadow_place = vec3(0.0);
 #endif
     gl_Position = view.clip_from_world * vec4(position_world, 1.0);
+#ifdef CLIPS
     gl_ClipDistance[0] = dot(view.clip_plane, vec4(position_world, 1.0));
+#endif
 }

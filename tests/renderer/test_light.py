@@ -51,7 +51,7 @@ def test_what_is_no_sun_is_one_error(fields: dict[str, Any], path: str) -> None:
 
 
 def test_no_sun_is_no_light() -> None:
-    block = LightBlock.of(None, (0.1, 0.2, 0.3), 1.5)
+    block = LightBlock.of(None, (0.1, 0.2, 0.3), 1.5, 1.0)
 
     assert block.sun_radiance == (0.0, 0.0, 0.0)
     assert block.ambient == (0.1, 0.2, 0.3)
@@ -61,7 +61,7 @@ def test_no_sun_is_no_light() -> None:
 def test_the_brightest_sun_that_may_be_asked_for_fits_its_block() -> None:
     sun = Sun.model_validate({"color": [1e4] * 3, "intensity": 1000})
 
-    assert LightBlock.of(sun, (1e4,) * 3, 1e5).sun_radiance == (1e7,) * 3
+    assert LightBlock.of(sun, (1e4,) * 3, 1e5, 1.0).sun_radiance == (1e7,) * 3
 
 
 def test_negative_fog_and_unknown_operators_are_refused() -> None:

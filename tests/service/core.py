@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from renderer.request import FrameRequest
+from renderer.source_digest import source_digest
 from service.artifacts import LocalArtifacts
 from service.engines.base import Engine
 from service.engines.inline import InlineEngine
@@ -27,7 +28,7 @@ def frame(moment: float = 0.0, seed: int = Seed.DRAW, **fields: Any) -> FrameReq
 
 def task(moment: float = 0.0, seed: int = Seed.DRAW, limit: float = 30.0) -> FrameTask:
     request = frame(moment, seed)
-    return FrameTask(request.key(), request.canonical(), limit)
+    return FrameTask(request.key(), request.canonical(), source_digest(), limit)
 
 
 def turntable(frames: int = 6, seed: int = Seed.DRAW, **fields: Any) -> dict[str, Any]:

@@ -144,7 +144,8 @@ async def test_a_frame_that_vanishes_twice_is_an_error_and_no_endless_loop(
     def vanish(*_: object) -> None:
         raise ArtifactMissing("gone")
 
-    monkeypatch.setattr(cache, "read", vanish)
+    monkeypatch.setattr(cache.artifacts, "read_fresh", vanish)
+    monkeypatch.setattr(cache.artifacts, "read", vanish)
     with pytest.raises(ArtifactMissing):
         await asyncio.wait_for(cache.frame(frame()), 20)
 

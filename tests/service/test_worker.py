@@ -20,6 +20,7 @@ from PIL import Image
 from renderer.encode.image import REQUEST_KEYWORD, read_png_text
 from renderer.encode.png import encode_png
 from renderer.errors import Cancelled, InvalidRequest
+from renderer.source_digest import source_digest
 from service import worker
 from service.artifacts import LocalArtifacts, artifact_name
 from service.engines.base import Lane
@@ -91,13 +92,13 @@ def test_a_cancelled_frame_stops_between_samples_and_stores_nothing(drawer: Work
         return len(asked) > 2
 
     with pytest.raises(Cancelled):
-        drawer.render(FrameTask(request.key(), request.canonical(), 10.0), is_cancelled)
+        drawer.render(FrameTask(request.key(), request.canonical(), source_digest(), 10.0), is_cancelled)
     assert LocalArtifacts(room / "artifacts").find(artifact_name(request.key(), drawer.facts.fingerprint)) is None
 
 
-def test_a_key_of_other_sources_is_refused(drawer: Worker) -> None:
+def test_a_frame_of_other_sources_is_refused(drawer: Worker) -> None:
     with pytest.raises(EngineUnavailable, match="restart"):
-        drawer.render(replace(task(), key="0" * 64))
+        drawer.render(replace(task(), sources="0" * 64))
 
 
 def test_the_canary_is_compared_with_the_reference(
@@ -147,7 +148,7 @@ def test_a_worker_killed_in_the_middle_of_a_job_changes_no_byte(drawer: Worker, 
             deaths = cache.flights.counts.deaths
             eventually(lambda: engine.readiness().is_ready)
 
-    expected = [drawer.render(FrameTask(r.key, r.request, 60.0)).digest for r in records]
+    expected = [drawer.render(FrameTask(r.key, r.request, source_digest(), 60.0)).digest for r in records]
     assert [record.digest for record in records] == expected
     assert 1 <= deaths <= 2
     assert cache.flights.counts.drawn == 10
