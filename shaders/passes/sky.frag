@@ -1,4 +1,5 @@
 // The sky behind everything, and its mirror image in the water's reflection map.
+#include <View>
 #include "lib/sky.glsl"
 #if defined(SKY_MODEL_CONSTANT)
 #include <ConstantSky>

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -28,6 +29,8 @@ from service.engines.inline import InlineEngine
 from service.engines.local import LocalEngine
 from service.errors import EngineUnavailable, FrameError, WorkerDied
 from service.frames import FrameCache
+from service.jobs import Jobs
+from service.jobs.job import FrameRecord
 from service.worker import FrameTask, Worker, WorkerConfig, portable
 from tests.service.core import eventually, frame, jobs_on, running, task, turntable
 
@@ -134,24 +137,32 @@ def test_drawing_does_not_depend_on_processes_lanes_or_order(drawer: Worker, tmp
 
 
 def test_a_worker_killed_in_the_middle_of_a_job_changes_no_byte(drawer: Worker, tmp_path: Path) -> None:
-    """SIGKILL, then SIGSTOP: only the frame at hand is drawn again, and the job ends as if nothing had been."""
-    body = turntable(10, frame={"width": 64, "height": 36, "samples": 8})
+    """SIGKILL in one job, SIGSTOP in the next: the frame at hand is drawn again, and both end as if nothing was."""
+    records: list[FrameRecord] = []
     with running(LocalEngine(tmp_path / "artifacts", workers=2, interactive=False)) as engine:
         cache = FrameCache(engine, LocalArtifacts(tmp_path / "artifacts", budget=1 << 30))
         with jobs_on(cache, tmp_path) as jobs:
-            job_id = jobs.submit(body).job.id
-            for number, done in ((signal.SIGKILL, 1), (signal.SIGSTOP, 4)):
-                eventually(lambda wanted=done: jobs.job(job_id).counts.done >= wanted, 60)  # type: ignore[misc]
-                _strike(engine, number)
-            eventually(lambda: jobs.job(job_id).job.state == "succeeded", 60)
-            records = jobs.store.frames(job_id)
-            deaths = cache.flights.counts.deaths
-            eventually(lambda: engine.readiness().is_ready)
+            for number in (signal.SIGKILL, signal.SIGSTOP):
+                body = turntable(6, frame={"width": 64, "height": 36, "samples": 8, "time": float(number)})
+                records += _struck(jobs, engine, body, number)
+        counts = cache.flights.counts
+        eventually(lambda: engine.readiness().is_ready)
 
     expected = [drawer.render(FrameTask(r.key, r.request, source_digest(), 60.0)).digest for r in records]
     assert [record.digest for record in records] == expected
-    assert 1 <= deaths <= 2
-    assert cache.flights.counts.drawn == 10
+    assert 1 <= counts.deaths <= 2
+    assert counts.drawn == 12
+
+
+def _struck(jobs: Jobs, engine: LocalEngine, body: dict[str, Any], number: signal.Signals) -> list[FrameRecord]:
+    """The frames of a job that lost a worker on its way."""
+    job_id = jobs.submit(body).job.id
+    eventually(lambda: jobs.job(job_id).counts.done >= 1, 60)
+    _strike(engine, number)
+    eventually(lambda: jobs.job(job_id).job.finished is not None, 60)
+
+    assert jobs.job(job_id).job.state == "succeeded"
+    return jobs.store.frames(job_id)
 
 
 def _strike(engine: LocalEngine, number: signal.Signals) -> None:
