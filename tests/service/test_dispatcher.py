@@ -6,26 +6,22 @@ from pathlib import Path
 
 import pytest
 
-from renderer.errors import EncodeError, InvalidRequest
+from renderer.errors import EncodeError
 from service.artifacts import artifact_name
 from service.errors import (
-    BadCursor,
     EngineUnavailable,
-    FramePoisoned,
     FrameTimedOut,
-    IdempotencyConflict,
     JobExpired,
     StoreBusy,
     StoreUnavailable,
     TransitionRefused,
-    UnknownJob,
     WorkerDied,
 )
 from service.frames import FrameCache
 from service.jobs import Jobs, JobView, dispatcher, office
 from tests.service.core import cache_on, eventually, jobs_on, make_inline, make_local, turntable
 from tests.service.puppet import Puppet
-from tests.service.scripted import FINGERPRINT, Seed, begun, open_gate
+from tests.service.scripted import FINGERPRINT, Seed, begun
 
 
 @pytest.fixture
@@ -299,87 +295,3 @@ def test_a_worker_killed_in_the_middle_costs_one_retry(tmp_path: Path) -> None:
         assert done.counts.done == 6
         assert len(begun(tmp_path)) == 12
         assert {frame.attempts for frame in jobs.store.frames(job_id)} == {0}
-
-
-# -------------------------------------------------------------------------------------------------------- submitting
-
-
-@pytest.mark.parametrize(
-    ("body", "paths"),
-    [
-        ({}, {"kind"}),
-        ({"kind": "film"}, {"kind"}),
-        ({"kind": "turntable", "colour": 1}, {"colour"}),
-        ({"kind": "turntable", "frame": {"wdth": 1, "width": 0}}, {"frame.wdth", "frame.width"}),
-        ({"kind": "turntable", "frame": 5, "priority": 1000}, {"frame", "priority"}),
-        ({"kind": "turntable", "turntable": {"frames": 0, "sweep": 90.0}}, {"turntable.frames", "turntable.loop"}),
-        ({"kind": "turntable", "turntable": {"frames": 201}}, {"turntable.frames"}),
-        ({"kind": "turntable", "outputs": ["tar"]}, {"outputs.0"}),
-    ],
-)
-def test_every_mistake_of_a_job_is_named_before_it_is_taken(
-    puppet: Puppet, tmp_path: Path, body: dict[str, object], paths: set[str]
-) -> None:
-    with jobs_on(FrameCache(puppet, puppet.artifacts), tmp_path, max_frames=200) as jobs:
-        with pytest.raises(InvalidRequest) as refusal:
-            jobs.submit(body)
-
-        assert {problem.path for problem in refusal.value.problems} == paths
-        assert jobs.page().jobs == ()
-
-
-def test_an_idempotency_key_is_one_job(jobs: Jobs) -> None:
-    first = jobs.submit(turntable(2), "k")
-    again = jobs.submit(turntable(2), "k")
-
-    assert first.job.id == again.job.id
-    with pytest.raises(IdempotencyConflict):
-        jobs.submit(turntable(3), "k")
-
-
-def test_pages_of_jobs_and_frames_join_up(jobs: Jobs) -> None:
-    ids = [jobs.submit(turntable(5)).job.id for _ in range(5)]
-    first = jobs.page(limit=3)
-    second = jobs.page(limit=3, cursor=first.next)
-    frames = jobs.frames(ids[0], limit=3)
-    rest = jobs.frames(ids[0], limit=3, cursor=frames.next)
-
-    assert [view.job.id for view in first.jobs + second.jobs] == ids[::-1]
-    assert second.next is None
-    assert [frame.index for frame in frames.frames + rest.frames] == [0, 1, 2, 3, 4]
-    assert rest.next is None
-    assert [view.job.id for view in jobs.page(state="cancelled").jobs] == []
-
-
-@pytest.mark.parametrize("cursor", ["", "x", "bnVsbA", "WzFd", "!!!!"])
-def test_cursors_of_others_are_refused(jobs: Jobs, cursor: str) -> None:
-    with pytest.raises(BadCursor):
-        jobs.page(cursor=cursor)
-
-
-def test_unknown_names_are_refused(jobs: Jobs) -> None:
-    with pytest.raises(UnknownJob):
-        jobs.job("nope")
-    with pytest.raises(InvalidRequest, match="no such state"):
-        jobs.page(state="sleeping")
-
-
-def test_a_job_is_shown_as_the_api_promises(jobs: Jobs, puppet: Puppet) -> None:
-    job_id = jobs.submit(turntable(2)).job.id
-    shown = jobs.job(job_id).as_json()
-    _finish_all(jobs, puppet, job_id)
-    (first, _) = jobs.frames(job_id).as_json()["frames"]
-
-    assert set(shown) == {
-        *("id", "kind", "state", "counts", "frames_per_second", "eta_seconds"),
-        *("created", "started", "finished", "links", "error"),
-    }
-    assert shown["links"]["result.mp4"] == f"/v1/jobs/{job_id}/result.mp4"
-    assert shown["created"].endswith("Z")
-    assert first["url"] == f"/v1/jobs/{job_id}/frames/0.png"
-    assert set(first) == {"index", "state", "key", "digest", "url"}
-    open_gate(Path(puppet.artifacts.root))
-
-
-def test_a_poisoned_frame_is_an_error_of_its_own() -> None:
-    assert FramePoisoned("SIGSEGV", key="k", retry_after=1.0).reason == "SIGSEGV"
