@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from typing import Any, Protocol
 
@@ -79,6 +80,7 @@ def encode_webp(image: NDArray[np.uint8], description: str = "") -> bytes:
     return _through_pillow(image, description, "WEBP", quality=_WEBP_QUALITY, method=_WEBP_METHOD)
 
 
+@cache
 def encoder_versions() -> dict[str, str]:
     """Versions of the libraries that decide an encoded file's bytes, for the fingerprint."""
     return {library: version(library) for library in _LIBRARIES}

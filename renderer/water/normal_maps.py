@@ -47,7 +47,7 @@ def ripple_slopes(seed: int) -> Texture:
     scale = SLOPE / np.sqrt(0.5 * np.mean(slope_x**2 + slope_z**2))
     image = np.stack([slope_x, slope_z], axis=-1) * scale
     image -= image.mean(axis=(0, 1))
-    return Texture(f"ripples_{seed}", image.astype(np.float32), wrap="repeat")
+    return Texture(f"ripples_{seed}", image.astype(np.float32), wrap="repeat", blends_mipmaps=False)
 
 
 def _smooth_step(low: float, high: float, x: NDArray[np.float64]) -> NDArray[np.float64]:
