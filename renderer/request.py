@@ -187,6 +187,8 @@ def _problem(details: ErrorDetails, given: Any) -> FieldProblem:
     bound = context.get("bound") or context.get("expected") or " and ".join(named) or None
     if details["type"] == "finite_number":
         bound = "a finite number"
+    if is_unknown:
+        bound = "a field of the schema"
     path = ".".join(str(part) for part in parts)
     message = "unknown field" if is_unknown else details["msg"]
     value = None if details["type"] == "missing" else _as_written(given, parts, details.get("input"))
