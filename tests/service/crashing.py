@@ -104,10 +104,11 @@ def run(room: Path, kind: str, moment: str, nth: int) -> int:
 
 
 def main() -> None:
-    request.source_digest = lambda: "edited sources would be other frames"  # type: ignore[attr-defined]
+    request.source_digest = lambda: "edited sources would be other frames"  # type: ignore[assignment,attr-defined]
     for line in sys.stdin:
         moment, nth = line.split()
-        print(run(Path(sys.argv[1]), sys.argv[2], moment, int(nth)), flush=True)
+        sys.stdout.write(f"{run(Path(sys.argv[1]), sys.argv[2], moment, int(nth))}\n")
+        sys.stdout.flush()
 
 
 if __name__ == "__main__":
