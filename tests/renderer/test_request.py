@@ -158,10 +158,10 @@ NAN, INFINITY = float("nan"), float("inf")
 @pytest.mark.parametrize(
     ("fields", "path", "bound"),
     [
-        ({"nonsense": 1}, "nonsense", None),
-        ({"<nonsense": 1}, "<nonsense", None),
-        ({"water": {"technique": "luna", "rippling": 1}}, "water.rippling", None),
-        ({"camera": {"fov": 45}}, "camera.fov", None),
+        ({"nonsense": 1}, "nonsense", "a field of the schema"),
+        ({"<nonsense": 1}, "<nonsense", "a field of the schema"),
+        ({"water": {"technique": "luna", "rippling": 1}}, "water.rippling", "a field of the schema"),
+        ({"camera": {"fov": 45}}, "camera.fov", "a field of the schema"),
         ({"sun": {"colour": None}}, "sun.colour", None),
         ({"time": NAN}, "time", "a finite number"),
         ({"time": -INFINITY}, "time", "a finite number"),
@@ -192,7 +192,7 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"water": {"extents": [1, 0, 0, 1]}}, "water.extents", None),
         ({"water": {"velocity_0": [1e300, 0]}}, "water.velocity_0.0", "<= 10000000.0"),
         ({"sky": "gradiant"}, "sky", "one of constant, gradient, analytic"),
-        ({"sky": {"model": "gradient", "turbidity": 2}}, "sky.turbidity", None),
+        ({"sky": {"model": "gradient", "turbidity": 2}}, "sky.turbidity", "a field of the schema"),
         ({"sun": {"direction": [0, 0, 0]}}, "sun.direction", "length > 0"),
         ({"sun": {"direction": [0, 1, 0], "azimuth": 5}}, "sun", "one of the two forms"),
         ({"fog": {"density": -1}}, "fog.density", ">= 0.0"),
