@@ -162,7 +162,7 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"<nonsense": 1}, "<nonsense", "a field of the schema"),
         ({"water": {"technique": "luna", "rippling": 1}}, "water.rippling", "a field of the schema"),
         ({"camera": {"fov": 45}}, "camera.fov", "a field of the schema"),
-        ({"sun": {"colour": None}}, "sun.colour", None),
+        ({"sun": {"colour": None}}, "sun.colour", "a field of the schema"),
         ({"time": NAN}, "time", "a finite number"),
         ({"time": -INFINITY}, "time", "a finite number"),
         ({"camera": {"eye": [NAN, 0, 0]}}, "camera.eye.0", "a finite number"),
