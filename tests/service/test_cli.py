@@ -111,7 +111,7 @@ def test_an_interrupted_command_says_so_and_leaves_nothing(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        (["--watr=luna"], "watr: unknown field (given 'luna')"),
+        (["--watr=luna"], "watr: unknown field (given 'luna'; allowed a field of the schema)"),
         (["--time=nan"], "time: "),
         (["--width=100000"], "width: "),
         (
