@@ -88,12 +88,14 @@ class Life(RuleBasedStateMachine):
     @rule(who=st.integers(0, 1), want=st.integers(0, 3))
     def claim(self, who: int, want: int) -> None:
         before = self.state
-        for lease in self.dispatchers[who].exchange([], want).claimed:
+        claimed = self.dispatchers[who].exchange([], want).claimed
+        for lease in claimed:
             assert before in {JobState.QUEUED, JobState.RUNNING}
             assert lease.index not in self.live
             assert lease.index not in self.done
             self.live[lease.index] = lease
-        if self.live and before is JobState.QUEUED:
+        # A resumed job is queued until a frame of it is claimed anew, though some may still be out from before.
+        if claimed and before is JobState.QUEUED:
             assert self.state is JobState.RUNNING
 
     def _drop(self, index: int) -> Lease:
