@@ -110,7 +110,8 @@ class Renderer:
         samples = request.msaa if layer == "color" else 1
         self._light(request, camera, instant.time)
         with self._pass("shadow"):
-            shadows = self._shadows.draw(stage, request.sun, SCENES[request.scene].centre)
+            entry = SCENES[request.scene]
+            shadows = self._shadows.draw(stage, request.sun, entry.centre, entry.shadow_radius)
         with self._pass("sky"):
             world = World(stage, request, shadows, self._sky.prepare(request))
         target = self._targets.lend("scene", (camera.width, camera.height), samples=samples)
@@ -125,7 +126,7 @@ class Renderer:
                 self._composite.blank(target, maps["refraction"].target)
             look = Look(camera)
             target.begin(None)
-            self._bind("look", look.block(shadows.shadow_from_world))
+            self._bind("look", look.block(shadows))
             moment = Moment(instant.time, request.period, request.seed)
             self._water.draw(request.water, moment, look, maps, shadows, shows=SHOWS.get(layer, ()))
         if samples == 1:
@@ -160,7 +161,7 @@ class Renderer:
         objects = spec.objects if spec else None
         fog = ("HAS_FOG",) if world.request.fog else ()
         target.begin(spec.clear if spec else (0.0, 0.0, 0.0, 0.0), look.window)
-        self._bind("look", look.block(world.shadows.shadow_from_world))
+        self._bind("look", look.block(world.shadows))
         world.stage.draw(
             look,
             fragment="passes/scene.frag",

@@ -17,10 +17,10 @@ from renderer.passes.view import Look
 
 SIZE = 2048
 """Texels a side."""
-RADIUS = 46.0
-"""Metres round the scene's centre within which things cast and receive shadows."""
-DEPTH = 150.0
-"""Metres along the sun's rays, before and behind the centre."""
+DEPTH = 3.25
+"""How far along the sun's rays things are seen before and behind the centre, in radii."""
+OFFSET = 0.9
+"""Texels that a surface is moved along its normal before it asks whether it is lit, so as not to shadow itself."""
 KEPT = 4
 UNIT_FROM_NDC = np.array([[0.5, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 1.0, 0], [0, 0, 0, 1.0]])
 
@@ -33,8 +33,8 @@ class ShadowPass:
         self._kept: dict[tuple[str, tuple[float, ...]], Shadows] = {}
         self._view: Uniforms | None = None
 
-    def draw(self, stage: Stage, sun: Sun | None, centre: tuple[float, float, float]) -> Shadows:
-        """The shadows of this sun; none below the horizon, or where none are wanted."""
+    def draw(self, stage: Stage, sun: Sun | None, centre: tuple[float, float, float], radius: float) -> Shadows:
+        """The shadows of this sun within a radius, metres; none below the horizon, or where none are wanted."""
         if sun is None or not sun.shadows or sun.towards[1] <= 0:
             return NO_SHADOWS
         key = (stage.name, tuple(float(v) for v in sun.towards))
@@ -42,10 +42,10 @@ class ShadowPass:
             self._kept[key] = self._kept.pop(key)
             return self._kept[key]
         texture = self._oldest() if len(self._kept) >= KEPT else DepthTexture(self.device, SIZE)
-        camera = sun_camera(sun.towards, centre)
+        camera = sun_camera(sun.towards, centre, radius)
         look = Look(camera)
-        shadows = Shadows(texture, UNIT_FROM_NDC @ camera.clip_from_world)
-        block = look.block(np.eye(4))
+        shadows = Shadows(texture, UNIT_FROM_NDC @ camera.clip_from_world, OFFSET * 2 * radius / SIZE)
+        block = look.block(NO_SHADOWS)
         if self._view is None:
             self._view = Uniforms(self.device, block)
         self._view.write(block)
@@ -80,16 +80,16 @@ class ShadowPass:
                 texture.release()
 
 
-def sun_camera(towards: NDArray[np.float64], centre: tuple[float, float, float]) -> Camera:
+def sun_camera(towards: NDArray[np.float64], centre: tuple[float, float, float], radius: float) -> Camera:
     """The parallel camera that sees the scene as the sun does."""
     middle = np.array(centre)
     up = np.array([0.0, 0.0, 1.0]) if abs(towards[1]) > 0.9 else np.array([0.0, 1.0, 0.0])
-    scale = SIZE / (2 * RADIUS)
+    scale = SIZE / (2 * radius)
     return Camera(
-        look_at(middle + towards * DEPTH, middle, up),
+        look_at(middle + towards * DEPTH * radius, middle, up),
         Lens(scale, scale, SIZE / 2, SIZE / 2, is_orthographic=True),
         SIZE,
         SIZE,
         near=1.0,
-        far=2 * DEPTH,
+        far=2 * DEPTH * radius,
     )

@@ -17,6 +17,8 @@ class Shadows:
 
     texture: DepthTexture | None
     shadow_from_world: NDArray[np.float64]
+    offset: float
+    """Metres along its normal that a surface is moved before it asks."""
 
     @property
     def defines(self) -> tuple[str, ...]:
@@ -29,4 +31,4 @@ class Shadows:
         return {"shadow_map": self.texture} if self.texture else {}
 
 
-NO_SHADOWS = Shadows(None, np.eye(4))
+NO_SHADOWS = Shadows(None, np.eye(4), 0.0)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from renderer.blocks import Block
 from renderer.camera import Camera
+from renderer.passes.shadows import Shadows
 from renderer.units import Length, Mat4, Number, Vec2, Vec4
 
 NO_CLIP = (0.0, 0.0, 0.0, 1.0)
@@ -38,6 +39,8 @@ class ViewBlock(Block):
     """What is kept: dot(plane, (position, 1)) >= 0."""
     eye_reach: Length
     """Of a parallel view: how far the camera's place lies along the direction towards the eye."""
+    shadow_offset: Length
+    """How far a surface is moved along its normal before it is looked up in the shadow map."""
 
 
 class WaterPlane(Block):
@@ -89,15 +92,16 @@ class Look:
     clip_plane: tuple[float, float, float, float] = NO_CLIP
     window: Window = WHOLE
 
-    def block(self, shadow_from_world: NDArray[np.float64]) -> ViewBlock:
+    def block(self, shadows: Shadows) -> ViewBlock:
         """The uniform block of this look."""
         return ViewBlock(
             clip_from_world=flat(self.camera.clip_from_world),
             ray_from_ndc=flat(self.camera.ray_from_ndc),
-            shadow_from_world=flat(shadow_from_world),
+            shadow_from_world=flat(shadows.shadow_from_world),
             eye=quadruple(self.camera.eye),
             clip_plane=self.clip_plane,
             eye_reach=float(self.camera.world_from_camera[:3, 2] @ self.camera.world_from_camera[:3, 3]),
+            shadow_offset=shadows.offset,
         )
 
     def sees(self, low: NDArray[np.float32], high: NDArray[np.float32]) -> NDArray[np.bool_]:

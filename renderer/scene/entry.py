@@ -27,3 +27,5 @@ class SceneEntry:
     ``ambient``, ``sky``, ``fog``."""
     load: Callable[[], Scene]
     """Builds the scene, or reads its baked data from the cache."""
+    shadow_radius: float = 46.0
+    """Metres round the centre within which things cast and receive shadows; the shadows' detail falls with it."""

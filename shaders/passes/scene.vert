@@ -24,7 +24,7 @@ void main()
     surface_color = color;
 #ifdef HAS_SHADOWS
     // Moved along the normal, so that a surface does not shadow itself; the map is parallel: no division.
-    shadow_place = (view.shadow_from_world * vec4(position_world + 0.04 * normal, 1.0)).xyz;
+    shadow_place = (view.shadow_from_world * vec4(position_world + view.shadow_offset * normal, 1.0)).xyz;
 #else
     shadow_place = vec3(0.0);
 #endif
