@@ -19,6 +19,7 @@ from renderer.gpu.device import Device, Require
 from renderer.gpu.geometry import Uniforms
 from renderer.gpu.target import Target
 from renderer.light import LightBlock
+from renderer.passes.bed import BedPass
 from renderer.passes.composite import CompositePass
 from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, eye_side, map_look, water_window
 from renderer.passes.shadow import ShadowPass
@@ -30,10 +31,16 @@ from renderer.passes.view import WHOLE, Look, Wind
 from renderer.passes.water import Moment, WaterPass
 from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
-from renderer.water.technique import MapSpec
+from renderer.water.technique import Extents, MapSpec
 
 STAGES_KEPT = 2
-SHOWS = {"reflection_weight": ("SHOWS_WEIGHT",), "water_mask": ("SHOWS_MASK",)}
+KINDS = {"half": "f2", "byte": "f1"}
+SHOWS = {
+    "reflection_weight": ("SHOWS_WEIGHT",),
+    "perturbation": ("SHOWS_PERTURBATION",),
+    "validity": ("SHOWS_VALIDITY",),
+    "water_mask": ("SHOWS_MASK",),
+}
 """Layers that the water pass draws instead of its colour."""
 
 
@@ -69,6 +76,7 @@ class Renderer:
         self._targets = Targets(self.device)
         self._shadows = ShadowPass(self.device)
         self._sky = SkyPass(self.device)
+        self._bed = BedPass(self.device)
         self._water = WaterPass(self.device)
         self._composite = CompositePass(self.device)
         self._uniforms: dict[str, Uniforms] = {}
@@ -99,7 +107,7 @@ class Renderer:
                     self._composite.accumulate(picture, total, share, first=number == 0)
         output = self._targets.lend("output", size, kind="f1", components=3, has_depth=False)
         with self._pass("composite"):
-            is_data = layer in SHOWS
+            is_data = layer in SHOWS or request.water.is_encoded
             pixels = self._composite.encode(total or picture, output, request.tonemap, is_data=is_data)
         self._timings["render"] = time.perf_counter() - began
         return Frame(pixels, self.driver, {layer: pixels}, self._timings)
@@ -114,7 +122,8 @@ class Renderer:
             shadows = self._shadows.draw(stage, request.sun, entry.centre, entry.shadow_radius)
         with self._pass("sky"):
             world = World(stage, request, shadows, self._sky.prepare(request))
-        target = self._targets.lend("scene", (camera.width, camera.height), samples=samples)
+        kind = KINDS["byte" if request.water.is_encoded else "half"]
+        target = self._targets.lend("scene", (camera.width, camera.height), kind=kind, samples=samples)
         with self._pass("scene"):
             self._paint(world, target, Look(camera))
         with self._pass("maps"):
@@ -124,14 +133,15 @@ class Renderer:
         with self._pass("water"):
             if layer in SHOWS:
                 self._composite.blank(target, maps["refraction"].target)
+            bed = self._bed.draw(stage, *_plane(request)) if request.water.needs_depth else None
             look = Look(camera)
             target.begin(None)
             self._bind("look", look.block(shadows))
             moment = Moment(instant.time, request.period, request.seed)
-            self._water.draw(request.water, moment, look, maps, shadows, shows=SHOWS.get(layer, ()))
+            self._water.draw(request.water, moment, look, maps, shadows, bed=bed, shows=SHOWS.get(layer, ()))
         if samples == 1:
             return target
-        resolved = self._targets.lend("resolved", target.size, has_depth=False)
+        resolved = self._targets.lend("resolved", target.size, kind=kind, has_depth=False)
         target.copy_to(resolved)
         return resolved
 
@@ -148,7 +158,7 @@ class Renderer:
                 copy = self._lend_map(name, specs.pop(name), camera)
                 target.copy_to(copy)
                 drawn[name] = DrawnMap(copy, camera.clip_from_world)
-        level, extents = water.level or 0.0, water.extents or (0.0, 0.0, 0.0, 0.0)
+        level, extents = _plane(request)
         # A map that is asked for itself, or read from another place, is drawn whole.
         is_whole = request.maps is not None or request.layers != ("color",)
         window = WHOLE if is_whole else water_window(camera, level, extents, water.reach())
@@ -158,25 +168,28 @@ class Renderer:
 
     def _paint(self, world: World, target: Target, look: Look, spec: MapSpec | None = None) -> None:
         """Draw the world without its water: the picture's own, or a map's."""
-        objects = spec.objects if spec else None
-        fog = ("HAS_FOG",) if world.request.fog else ()
+        objects = world.stage.tagged(spec.objects) if spec else None
+        defines = (
+            *(("HAS_FOG",) if world.request.fog else ()),
+            *(("IS_ENCODED",) if world.request.water.is_encoded else ()),
+        )
         target.begin(spec.clear if spec else (0.0, 0.0, 0.0, 0.0), look.window)
         self._bind("look", look.block(world.shadows))
         world.stage.draw(
             look,
             fragment="passes/scene.frag",
-            defines=(*world.shadows.defines, *fog, *(("HAS_SAMPLES",) if target.samples > 1 else ())),
+            defines=(*world.shadows.defines, *defines, *(("HAS_SAMPLES",) if target.samples > 1 else ())),
             in_map=spec is not None,
             keeps=lambda part: (spec is None or part.in_maps) and (objects is None or bool(objects & part.tags)),
             textures=world.shadows.textures,
         )
         if spec is None or spec.draws_sky:
-            self._sky.draw(world.sky, fog)
+            self._sky.draw(world.sky, defines)
         self.device.check_errors("scene pass")
 
     def _lend_map(self, name: str, spec: MapSpec, camera: Camera) -> Target:
-        kind = {"half": "f2", "byte": "f1"}[spec.format]
-        return self._targets.lend(f"{name} map", (camera.width, camera.height), kind=kind, wrap=spec.wrap)
+        size = (camera.width, camera.height)
+        return self._targets.lend(f"{name} map", size, kind=KINDS[spec.format], wrap=spec.wrap)
 
     def _light(self, request: FrameRequest, camera: Camera, instant: float) -> None:
         level = request.water.level or 0.0
@@ -196,6 +209,7 @@ class Renderer:
             while len(self._stages) >= STAGES_KEPT:
                 oldest = next(iter(self._stages))
                 self._shadows.forget(oldest)
+                self._bed.forget(oldest)
                 self._stages.pop(oldest).release()
             self._stages[name] = Stage(self.device, SCENES[name].load())
         else:
@@ -241,6 +255,11 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _plane(request: FrameRequest) -> tuple[float, Extents]:
+    """The water's level and rectangle: a request that has been read has both."""
+    return request.water.level or 0.0, request.water.extents or (0.0, 0.0, 0.0, 0.0)
 
 
 def first_instant(request: FrameRequest) -> Instant:

@@ -34,7 +34,15 @@ LATEST = 1e7
 BOUNDS = {"ge": ">=", "gt": ">", "le": "<=", "lt": "<", "min_length": "length >=", "max_length": "length <="}
 """How the bounds that validation knows by these names are written."""
 
-LayerName = Literal["color", "reflection_map", "refraction_map", "reflection_weight", "water_mask"]
+LayerName = Literal[
+    "color",
+    "reflection_map",
+    "refraction_map",
+    "reflection_weight",
+    "perturbation",
+    "validity",
+    "water_mask",
+]
 LAYERS: tuple[str, ...] = get_args(LayerName)
 FormatName = Literal["png", "jpeg", "webp"]
 

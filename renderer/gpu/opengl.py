@@ -6,6 +6,8 @@ import ctypes
 import ctypes.util
 from typing import Any
 
+import moderngl
+
 from renderer.errors import NoDevice
 
 GL_FRAMEBUFFER = 0x8D40
@@ -17,6 +19,10 @@ GL_ZERO_TO_ONE = 0x935F
 GL_CLIP_DISTANCE0 = 0x3000
 GL_DEPTH_CLAMP = 0x864F
 GL_POLYGON_OFFSET_FILL = 0x8037
+GL_TEXTURE_2D = 0x0DE1
+GL_TEXTURE_WRAP_S = 0x2802
+GL_TEXTURE_WRAP_T = 0x2803
+GL_MIRRORED_REPEAT = 0x8370
 
 _Uint = ctypes.c_uint
 _Names = ctypes.POINTER(ctypes.c_uint)
@@ -35,6 +41,7 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {
     "glBindFramebuffer": (_Uint, _Uint),
     "glFramebufferRenderbuffer": (_Uint, _Uint, _Uint, _Uint),
     "glFinish": (),
+    "glTexParameteri": (_Uint, _Uint, ctypes.c_int),
 }
 
 
@@ -74,6 +81,12 @@ class OpenGL:
             *size,
         )
         return int(name.value)
+
+    def mirror_texture(self, texture: moderngl.Texture) -> None:
+        """Let a texture be read past its edges as if it were mirrored there."""
+        texture.use(0)
+        for side in (GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T):
+            self.call("glTexParameteri", GL_TEXTURE_2D, side, GL_MIRRORED_REPEAT)
 
     def attach_depth(self, framebuffer: int, renderbuffer: int) -> None:
         """Give a framebuffer this depth buffer."""

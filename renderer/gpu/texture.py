@@ -31,8 +31,9 @@ class GpuTexture:
         blends_mipmaps: bool = True,
     ) -> None:
         self.device, self.texture = device, texture
-        repeats = wrap == "repeat"
-        texture.repeat_x = texture.repeat_y = repeats
+        texture.repeat_x = texture.repeat_y = wrap == "repeat"
+        if wrap == "mirror":
+            device.opengl.mirror_texture(texture)
         mipmapped = moderngl.LINEAR_MIPMAP_LINEAR if blends_mipmaps else moderngl.LINEAR_MIPMAP_NEAREST
         minify = mipmapped if is_mipmapped else moderngl.LINEAR
         texture.filter = (minify, moderngl.LINEAR)

@@ -94,6 +94,8 @@ def _in_front(polygon: NDArray[np.float64], w_least: float = 1e-6) -> NDArray[np
 
 def map_size(spec: MapSpec, camera: Camera) -> tuple[int, int]:
     """The map's size in pixels."""
+    if spec.size is not None:
+        return spec.size
     return max(1, round(camera.width * spec.scale)), max(1, round(camera.height * spec.scale))
 
 

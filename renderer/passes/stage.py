@@ -73,6 +73,11 @@ class Stage:
             bool((source.mesh.color[:, 3] > 0).any()),
         )
 
+    def tagged(self, tags: frozenset[str] | None) -> frozenset[str] | None:
+        """These tags, or None where nothing in the scene carries any: a scene that makes no choice shows all."""
+        is_chosen = tags is not None and any(tags & part.source.tags for part in self.parts)
+        return tags if is_chosen else None
+
     def draw(
         self,
         look: Look,

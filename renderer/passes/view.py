@@ -54,6 +54,8 @@ class WaterPlane(Block):
     """x0, x1, z0, z1."""
     picture_size: Vec2
     """Width and height of the picture, pixels."""
+    reach: Vec2
+    """The farthest that the waves move a map's coordinates, as fractions of the map."""
     level: Length
     """Height of the plane."""
     side: Number

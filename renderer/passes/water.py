@@ -10,6 +10,7 @@ import numpy as np
 from renderer.blocks import Block
 from renderer.gpu.device import Device
 from renderer.gpu.geometry import Screen, Uniforms
+from renderer.gpu.program import Bindable
 from renderer.gpu.texture import GpuTexture, upload
 from renderer.light import LightBlock
 from renderer.passes.mapping import DrawnMap, eye_side
@@ -19,6 +20,9 @@ from renderer.scene.material import Texture
 from renderer.water.technique import Technique
 
 QUAD = 6
+CELLS = 192
+"""Into how many a displaced surface is divided, each way."""
+STILL = "water/still.glsl"
 KEPT_TEXTURES = 8
 
 
@@ -48,6 +52,7 @@ class WaterPass:
         maps: Mapping[str, DrawnMap],
         shadows: Shadows,
         *,
+        bed: Bindable | None = None,
         shows: tuple[str, ...] = (),
     ) -> None:
         """Draw the water into the current target, behind what stands before it."""
@@ -56,6 +61,7 @@ class WaterPass:
             reflection_from_world=flat(maps["reflection"].clip_from_world),
             refraction_from_world=flat(maps["refraction"].clip_from_world),
             extents=extents,
+            reach=water.reach(),
             picture_size=(float(look.camera.width), float(look.camera.height)),
             level=level,
             side=eye_side(look.camera, level),
@@ -64,9 +70,15 @@ class WaterPass:
         program = self.device.program(
             "passes/water.vert",
             "passes/water.frag",
-            defines=(*water.defines(moment.period), *shadows.defines, *shows, *_aligned(maps, look, level)),
+            defines=(
+                *water.defines(moment.period),
+                *shadows.defines,
+                *shows,
+                *_aligned(maps, look, level),
+                *(("NEEDS_DEPTH",) if bed else ()),
+            ),
             blocks=(ViewBlock, LightBlock, *(type(block) for block in blocks)),
-            aliases={"technique": water.shader},
+            aliases={"technique": water.shader, "shape": water.shape or STILL},
         )
         for block in blocks:
             self._bind(block)
@@ -75,12 +87,17 @@ class WaterPass:
                 **{name: self._texture(source) for name, source in water.textures(moment.seed).items()},
                 **{f"{name}_map": drawn.target.texture for name, drawn in maps.items()},
                 **shadows.textures,
+                **({"bed_map": bed} if bed else {}),
             },
         )
+        cells = CELLS if water.is_displaced else 1
+        program["cells"] = cells
         context = self.device.context
-        context.enable_only(context.DEPTH_TEST)
+        context.enable_only(context.DEPTH_TEST | (context.BLEND if water.blends and not shows else 0))
+        context.blend_func = context.SRC_ALPHA, context.ONE_MINUS_SRC_ALPHA
         context.depth_func = ">="
-        self._screen.draw(program, QUAD)
+        self._screen.draw(program, QUAD * cells * cells)
+        context.disable(context.BLEND)
         self.device.check_errors("water pass")
 
     def _bind(self, block: Block) -> None:

@@ -76,7 +76,7 @@ class Texture:
     name: str
     image: NDArray[Any]
     is_srgb: bool = False
-    wrap: Literal["repeat", "clamp"] = "repeat"
+    wrap: Literal["repeat", "clamp", "mirror"] = "repeat"
     mipmaps: Literal["box", "coverage"] = "box"
     """``coverage`` rescales alpha in each level so that foliage keeps its area."""
     blends_mipmaps: bool = True

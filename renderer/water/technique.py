@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
@@ -40,7 +40,7 @@ class MapSpec:
     """``mirror``: view @ mirror. ``look_at`` and ``yaw_only``: the mirrored cameras that the Lake
     article and Rastertek tutorial 27 build. ``direct``: the picture's own camera."""
     objects: frozenset[str] | None = None
-    """Tags of what is drawn; None draws everything."""
+    """Tags of what is drawn, where the scene has things so tagged; None draws everything."""
     draws_sky: bool = True
     clip: Literal["above", "below"] | None = None
     """The side of the water that is kept; None keeps both."""
@@ -49,7 +49,10 @@ class MapSpec:
     clear: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     scale: float = 1.0
     """Size of the map against the picture."""
+    size: tuple[int, int] | None = None
+    """Width and height in pixels whatever the picture's size; None goes by ``scale``."""
     format: Literal["half", "byte"] = "half"
+    """Linear half floats, or bytes encoded for display (sRGB)."""
     wrap: Literal["clamp", "mirror", "repeat"] = "clamp"
 
     @property
@@ -61,7 +64,7 @@ class MapSpec:
             and self.draws_sky
             and self.clip is None
             and self.scale == 1.0
-            and self.format == "half"
+            and self.size is None
         )
 
 
@@ -74,6 +77,11 @@ class Technique(Block):
     source: ClassVar[str]
     """The citation, as in docs/references.md."""
 
+    shape: ClassVar[str | None] = None
+    """The GLSL file that lifts the surface out of its plane, under ``shaders/``, if the technique can."""
+    blends: ClassVar[bool] = False
+    """Whether the surface is transparent in part, and blended over the scene."""
+
     level: Length | None = Field(None, ge=-1e5, le=1e5)
     """Height of the water's plane; the scene's own where left out."""
     extents: Extents | None = None
@@ -82,6 +90,21 @@ class Technique(Block):
     def maps(self) -> Mapping[str, MapSpec]:
         """The maps by name: ``reflection`` and ``refraction``."""
         raise NotImplementedError
+
+    @property
+    def is_encoded(self) -> bool:
+        """Whether maps and blending are encoded for display rather than linear, and no tones are mapped."""
+        return False
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether the shader reads the depth of the water below a point."""
+        return False
+
+    @property
+    def is_displaced(self) -> bool:
+        """Whether the surface leaves its plane, by the functions of ``shape``."""
+        return False
 
     def reach(self) -> tuple[float, float]:
         """The farthest that the water moves a map's coordinates, as fractions of the map: u, v."""
@@ -98,3 +121,20 @@ class Technique(Block):
     def textures(self, seed: int) -> Mapping[str, Texture]:
         """The textures by sampler name."""
         raise NotImplementedError
+
+
+class PublishedTechnique(Technique):
+    """A technique of a document, which can be drawn as the document does it, limits and all."""
+
+    as_published: bool = False
+    """Draw as the document does: its map cameras and sizes, address modes and 8-bit maps, blending in display space,
+    no tone map. Otherwise maps are right under every camera, linear and read within their edges."""
+
+    @property
+    def is_encoded(self) -> bool:
+        """The documents blend what the display shows."""
+        return self.as_published
+
+    def published(self, spec: MapSpec, **changes: Any) -> MapSpec:
+        """A map as it is drawn here: with these changes and in bytes, if as published."""
+        return replace(spec, format="byte", **changes) if self.as_published else spec

@@ -47,5 +47,9 @@ void main()
     vec3 parallel = position_world + (view.eye_reach - dot(position_world, view.eye.xyz)) * view.eye.xyz;
     lit = fogged(lit, view.eye.w > 0.0 ? view.eye.xyz : parallel, position_world);
 #endif
+#ifdef IS_ENCODED
+    radiance = vec4(srgb_from_linear(clamp(lit, 0.0, 1.0)), seen_through_water(position_world.y));
+#else
     radiance = vec4(rounded_to_half(lit), seen_through_water(position_world.y));
+#endif
 }

@@ -1,5 +1,6 @@
 // The sky behind everything, and its mirror image in the water's reflection map.
 #include <View>
+#include "lib/colour.glsl"
 #include "lib/sky.glsl"
 #if defined(SKY_MODEL_CONSTANT)
 #include <ConstantSky>
@@ -34,6 +35,9 @@ void main()
 #endif
 #ifdef HAS_FOG
     color.rgb = fogged_sky(color.rgb, view.eye.xyz * view.eye.w, normalize(ray_world));
+#endif
+#ifdef IS_ENCODED
+    color.rgb = srgb_from_linear(clamp(color.rgb, 0.0, 1.0));
 #endif
     color.a = seen_through_water(1e30);  // beyond the water only for an eye below it
 }

@@ -6,6 +6,10 @@
 #include "lib/projection.glsl"
 #include "lib/shadow.glsl"
 
+#ifdef NEEDS_DEPTH
+uniform sampler2D bed_map;  // height of the bed, metres
+#endif
+
 in vec3 position_world;
 in vec4 reflection_clip;
 in vec4 refraction_clip;
@@ -31,12 +35,20 @@ void main()
     point.refraction_place = map_place(refraction_clip);
 #endif
     point.sun_visibility = sun_visibility(shadow_place);
+    point.plane_place = (position_world.xz - water_plane.extents.xz) / (water_plane.extents.yw - water_plane.extents.xz);
+#ifdef NEEDS_DEPTH
+    point.depth = max(water_plane.level - texture(bed_map, vec2(point.plane_place.x, 1.0 - point.plane_place.y)).r, 0.0);
+#endif
     WaterShade shade = shade_water(point);
-#ifdef SHOWS_WEIGHT
+#if defined(SHOWS_WEIGHT)
     result = vec4(rounded_to_half(vec3(shade.reflection_weight)), 1.0);
 #elif defined(SHOWS_MASK)
     result = vec4(1.0);
+#elif defined(SHOWS_PERTURBATION)
+    result = vec4(rounded_to_half(vec3(0.5 + 0.5 * shade.shift / max(water_plane.reach, vec2(1e-6)), 0.0)), 1.0);
+#elif defined(SHOWS_VALIDITY)
+    result = vec4(vec3(shade.validity), 1.0);
 #else
-    result = vec4(rounded_to_half(shade.radiance), 1.0);
+    result = vec4(rounded_to_half(shade.radiance), shade.opacity);
 #endif
 }

@@ -2,6 +2,10 @@
 #include <View>
 #include <WaterPlane>
 
+#include <shape>
+
+uniform int cells;  // that the rectangle is divided into, each way
+
 out vec3 position_world;
 out vec4 reflection_clip;
 out vec4 refraction_clip;
@@ -9,9 +13,13 @@ out vec3 shadow_place;
 
 void main()
 {
-    vec2 corner = vec2(gl_VertexID == 1 || gl_VertexID == 2 || gl_VertexID == 4, gl_VertexID > 1 && gl_VertexID != 3);
+    int number = gl_VertexID % 6;
+    vec2 corner = vec2(number == 1 || number == 2 || number == 4, number > 1 && number != 3);
+    int cell = gl_VertexID / 6;
+    corner = (corner + vec2(cell % cells, cell / cells)) / float(cells);
     vec4 e = water_plane.extents;
     position_world = vec3(mix(e.x, e.y, corner.x), water_plane.level, mix(e.z, e.w, corner.y));
+    position_world.y += surface_height(position_world.xz);
     reflection_clip = water_plane.reflection_from_world * vec4(position_world, 1.0);
     refraction_clip = water_plane.refraction_from_world * vec4(position_world, 1.0);
 #ifdef HAS_SHADOWS

@@ -56,7 +56,8 @@ WaterShade shade_water(WaterPoint point)
     // behind it onto the water: there both maps are read where they lie.
     vec4 refracted = texture(refraction_map, rippled(point.refraction_place, n));
     vec2 reflection_place = rippled(point.reflection_place, n);
-    if (refracted.a < 0.5)
+    bool leaks = refracted.a < 0.5;
+    if (leaks)
     {
         refracted = texture(refraction_map, point.refraction_place);
         reflection_place = point.reflection_place;
@@ -71,5 +72,5 @@ WaterShade shade_water(WaterPoint point)
     float glint = phong_lobe(n, light.sun_direction, point.view, luna.specular_power) * point.sun_visibility;
     vec3 radiance = blend * (luna.material_ambient * luna.light_ambient + luna.material_diffuse * luna.light_diffuse * (sun * NoL))
         + luna.material_specular * luna.light_specular * (sun * glint);
-    return WaterShade(radiance, 1.0 - weight);
+    return WaterShade(radiance, 1.0, 1.0 - weight, reflection_place - point.reflection_place, leaks ? 0.0 : 1.0);
 }
