@@ -61,6 +61,7 @@ class Material:
             "HAS_ALPHA_CUTOFF": self.alpha_cutoff > 0,
             "TURNS_BACK_FACES": self.is_two_sided and self.shader != "foliage",
             "HAS_TRANSLUCENCY": self.translucency > 0,
+            "SHADOWS_BY_VERTEX": self.shader == "foliage",
         }
         return tuple(name for name, is_set in flags.items() if is_set)
 

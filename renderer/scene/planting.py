@@ -52,7 +52,7 @@ WILD = ("far_oak", "far_alder", "far_birch", "far_alder", "far_oak", "far_spruce
 """What the trees between and behind them are."""
 BELTS = ((30, 52.0, 62.0, True), (14, 68.0, 84.0, False))
 """Rows of far woods: count, inner and outer radius, whether the reflection shows them."""
-BLADES_SEEN = 17.0
+BLADES_SEEN = 15.0
 """Metres from the eye within which single blades are drawn; farther off their coarser tufts do."""
 VISTAS = ((207.0, 9.0), (285.0, 8.0), (60.0, 12.0), (150.0, 9.0))
 """Bearings (from +x towards +z) and half widths, degrees, where no further tree stands."""

@@ -6,6 +6,7 @@ headland at (9, 9); everything else is scattered from the seed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -66,6 +67,8 @@ BOULDERS = (
 )
 HEROES, NEAR = (0, 6), (1, 2, 4)
 """Boulders that are seen large, and others that stand close before the default camera."""
+ROCK_CELL, ROCKS_SEEN = 10.0, 13.0
+"""Metres: the side of the cells by which rocks are drawn, and the distance beyond which their coarser shapes are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,35 +147,36 @@ def _tiles(vertices: Mesh, error: Floats, triangles: int) -> dict[int, Mesh]:
 
 
 def rock_objects(land: Land) -> list[SceneObject]:
-    """Boulders and stones by quarters; the small ones apart, because the maps and shadows leave them out."""
+    """Boulders and stones by cells; the small ones apart, because the maps and shadows leave them out."""
     tags = frozenset({"rock"})
     parts = []
-    for quarter in range(4):
+    for number, cell in enumerate(sorted({_cell(stone) for stone in (*BOULDERS, *land.stones)})):
         full: list[Mesh] = []
         plain: list[Mesh] = []
-        for number, boulder in enumerate(BOULDERS):
-            if _quarter(boulder) != quarter:
+        for k, boulder in enumerate(BOULDERS):
+            if _cell(boulder) != cell:
                 continue
-            level = 3 if number in HEROES else 2 if number in NEAR or max(boulder.size) > 0.6 else 1
+            level = 3 if k in HEROES else 2 if k in NEAR or max(boulder.size) > 0.6 else 1
             for meshes, detail in ((full, level), (plain, level - 1)):
-                meshes.append(rocks.stones([boulder], land.seed + 211 * number, detail, land.height))
-        here = [stone for stone in land.stones if _quarter(stone) == quarter]
+                meshes.append(rocks.stones([boulder], land.seed + 211 * k, detail, land.height))
+        here = [stone for stone in land.stones if _cell(stone) == cell]
         large = [stone for stone in here if max(stone.size) >= 0.2]
         small = [stone for stone in here if max(stone.size) < 0.2]
-        full.append(rocks.stones(large, land.seed + 5000 + quarter, 1, land.height))
-        plain.append(rocks.stones(large, land.seed + 5000 + quarter, 0, land.height))
-        pebbles = rocks.stones(small, land.seed + 6000 + quarter, 0, land.height)
-        parts += [
-            SceneObject(
-                f"boulders {quarter}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=24.0
-            ),
-            SceneObject(f"stones {quarter}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False),
-        ]
+        if large:
+            full.append(rocks.stones(large, land.seed + 5000 + number, 1, land.height))
+            plain.append(rocks.stones(large, land.seed + 5000 + number, 0, land.height))
+        if full:
+            fine, coarse = Mesh.merge(full), Mesh.merge(plain)
+            name = f"boulders {number}"
+            parts.append(SceneObject(name, fine, ROCK, tags, map_mesh=coarse, detail_distance=ROCKS_SEEN))
+        if small:
+            pebbles = rocks.stones(small, land.seed + 6000 + number, 0, land.height)
+            parts.append(SceneObject(f"stones {number}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False))
     return parts
 
 
-def _quarter(stone: rocks.Stone) -> int:
-    return (stone.x > 0) + 2 * (stone.z > 0)
+def _cell(stone: rocks.Stone) -> tuple[int, int]:
+    return math.floor(stone.x / ROCK_CELL), math.floor(stone.z / ROCK_CELL)
 
 
 def jetty_objects(land: Land) -> list[SceneObject]:

@@ -14,7 +14,11 @@ in vec3 position_world;
 in vec3 normal_world;
 in vec2 surface_uv;
 in vec4 surface_color;
+#ifdef SHADOWS_BY_VERTEX
+in float sun_seen;
+#else
 in vec3 shadow_place;
+#endif
 
 layout(location = 0) out vec4 radiance;
 
@@ -41,7 +45,10 @@ void main()
 #ifdef HAS_TRANSLUCENCY
     received += surface.translucency * max(-NoL, 0.0);
 #endif
-    vec3 lit = surface.albedo * (light.ambient + light.sun_radiance * (received * sun_visibility(shadow_place)));
+#ifndef SHADOWS_BY_VERTEX
+    float sun_seen = sun_visibility(shadow_place);
+#endif
+    vec3 lit = surface.albedo * (light.ambient + light.sun_radiance * (received * sun_seen));
 #ifdef HAS_FOG
     // A parallel view begins in the camera's plane.
     vec3 parallel = position_world + (view.eye_reach - dot(position_world, view.eye.xyz)) * view.eye.xyz;

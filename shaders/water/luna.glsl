@@ -59,7 +59,11 @@ WaterShade shade_water(WaterPoint point)
     bool leaks = refracted.a < 0.5;
     if (leaks)
     {
+#ifdef REFRACTION_IS_ALIGNED
+        refracted = texelFetch(refraction_map, ivec2(gl_FragCoord.xy), 0);
+#else
         refracted = texture(refraction_map, point.refraction_place);
+#endif
         reflection_place = point.reflection_place;
     }
     vec3 reflected = texture(reflection_map, reflection_place).rgb;
