@@ -14,6 +14,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
@@ -81,6 +82,7 @@ class LocalArtifacts:
         self._temporary.mkdir(parents=True, exist_ok=True)
         self._serial = count()
         self._lock = threading.Lock()
+        self._hasher = ThreadPoolExecutor(1, thread_name_prefix="hash")
         self._used: int | None = None
         if budget is not None:
             self._drop_stale()
@@ -92,7 +94,8 @@ class LocalArtifacts:
 
     def put(self, name: str, data: bytes) -> Artifact:
         """Store the bytes; what is there already and sound stays. Raises ``StoreUnavailable``."""
-        with self.writing(name, hashlib.sha256(data).hexdigest()) as path:
+        digest = self._hasher.submit(lambda: hashlib.sha256(data).hexdigest())  # beside the disk's work, not before it
+        with self.writing(name, digest.result) as path:
             path.write_bytes(data)
         artifact = self.find(name)
         if artifact is None:
@@ -100,17 +103,18 @@ class LocalArtifacts:
         return artifact
 
     @contextmanager
-    def writing(self, name: str, digest: str | None = None) -> Iterator[Path]:
+    def writing(self, name: str, digest: Callable[[], str] | None = None) -> Iterator[Path]:
         """A temporary file to write; on leaving it becomes the artifact, unless an exception leaves.
 
-        ``digest`` is its SHA-256 in hex, where the writer knows it. Raises ``StoreUnavailable`` where the disk is
+        ``digest`` gives its SHA-256 in hex, where the writer knows it. Raises ``StoreUnavailable`` where the disk is
         full or read-only.
         """
         _check(name)
         path = self._temporary / f"{name}.{os.getpid()}.{threading.get_ident()}.{next(self._serial)}"
         try:
             yield path
-            self._commit(name, _synced(path, digest), path)
+            found = _synced(path, hashes=digest is None)
+            self._commit(name, digest() if digest else found, path)
         except OSError as error:
             if error.errno in _FULL:
                 message = f"The artifacts can't be written: {error.strerror}."
@@ -262,10 +266,10 @@ def _check(name: str) -> None:
         raise ValueError(f"not an artifact's name: {name!r}")
 
 
-def _synced(path: Path, digest: str | None) -> str:
-    """The file's digest, once its bytes are on the disk."""
+def _synced(path: Path, *, hashes: bool) -> str:
+    """The file's digest, or "" where nobody asks for it, once its bytes are on the disk."""
     with path.open("rb+") as file:
-        digest = digest or hashlib.file_digest(file, "sha256").hexdigest()
+        digest = hashlib.file_digest(file, "sha256").hexdigest() if hashes else ""
         os.fsync(file.fileno())
     return digest
 

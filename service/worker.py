@@ -13,6 +13,7 @@ import os
 import pickle
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Literal, Protocol
@@ -260,8 +261,13 @@ def portable(error: Exception, key: str = "") -> Exception:
     return FrameError(f"{type(error).__name__}: {error}", key=key)
 
 
+@cache
+def _process(pid: int) -> psutil.Process:
+    return psutil.Process(pid)
+
+
 def _resident() -> int:
-    return int(psutil.Process().memory_info().rss)
+    return int(_process(os.getpid()).memory_info().rss)
 
 
 def _difference(pixels: NDArray[np.uint8], reference: Path) -> float | None:

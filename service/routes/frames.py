@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 
 from fastapi import APIRouter, Request, Response
@@ -57,7 +58,7 @@ async def _shown(request: Request, suffix: str | None) -> Response:
         return Response(status_code=304, headers=headers)
     if is_head(request) and not parts.frames.find(frame):
         return _described(frame, headers, parts)
-    return await _drawn(request, frame, headers)
+    return _answer(await _stored(request, frame), headers)
 
 
 @router.post("/v1/frame", operation_id="post_frame", **schema.frame_by_body)
@@ -68,9 +69,14 @@ async def post_frame(request: Request) -> Response:
     data = await read_json(request, parts.settings.limits)
     frame = frame_request(data, parts.settings.limits, preferred=accepted_format(request.headers))
     marks = await fingerprint(parts)
-    key = frame.key()
-    headers = {**identity(frame, key, f'"{artifact_name(key, marks)}"', marks), **caching(parts.settings)}
-    return await _drawn(request, frame, headers)
+    drawing = asyncio.ensure_future(_stored(request, frame))
+    try:
+        await asyncio.sleep(0)  # the frame is on its way to a worker while the headers are written
+        key = frame.key()
+        headers = {**identity(frame, key, f'"{artifact_name(key, marks)}"', marks), **caching(parts.settings)}
+        return _answer(await drawing, headers)
+    finally:
+        drawing.cancel()
 
 
 def refuse_query(request: Request) -> None:
@@ -81,9 +87,13 @@ def refuse_query(request: Request) -> None:
         raise invalid(*(FieldProblem(name, message, request.query_params[name]) for name in extra))
 
 
-async def _drawn(request: Request, frame: FrameRequest, headers: dict[str, str]) -> Response:
+async def _stored(request: Request, frame: FrameRequest) -> StoredFrame:
     stored = await while_connected(request, parts_of(request).frames.frame(frame))
     log_frame(request, stored)
+    return stored
+
+
+def _answer(stored: StoredFrame, headers: dict[str, str]) -> Response:
     return Response(stored.data, headers={**headers, **provenance(stored)}, media_type=stored.media_type)
 
 
