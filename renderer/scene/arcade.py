@@ -22,9 +22,9 @@ THICK = 0.40
 """Half the wall's thickness."""
 TOP = 9.25
 """Where the brickwork ends and the cornice begins."""
-SILL, SPRING, WIDE = 2.3, 5.7, 1.15
+SILL, SPRING, WIDE = 2.3, 5.7, 1.02
 """A window: heights of its sill and of where its arch springs, and half its width."""
-TRIM, PROUD = 0.30, 0.07
+TRIM, PROUD = 0.28, 0.07
 """Width of the stone round a window, and how far it stands out."""
 STONE_TILE = 1.7
 ARC = 12
