@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from renderer.scene.bath import ENTRY as BATH
 from renderer.scene.entry import SceneEntry
 from renderer.scene.pond import ENTRY as POND
 
-SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND,)}
+SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND, BATH)}
 DEFAULT = "pond"

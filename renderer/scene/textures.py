@@ -23,7 +23,7 @@ def ground_detail(size: int, seed: int) -> Bytes:
     height = height + 0.5 * grain
     stone = 0.55 + 0.42 * (shade - 0.5) + 0.040 * np.minimum(height, 6) + 0.05 * grain
     clumps = grid_fbm(texel, texel, size / 16, seed + 11, octaves=2, period=float(size))
-    return _packed(height, 0.42, stone, second=_blades(size, seed + 9) + np.float32(0.09) * clumps)
+    return packed(height, 0.42, stone, second=_blades(size, seed + 9) + np.float32(0.09) * clumps)
 
 
 def rock_detail(size: int, seed: int) -> Bytes:
@@ -37,7 +37,7 @@ def rock_detail(size: int, seed: int) -> Bytes:
     speckle = grid_noise(texel, texel, size / 256, seed + 53, period=period)
     height = 11.0 * lumps - 5.0 * crack - 3.0 * pits + 0.7 * speckle
     shade = 0.5 + 0.17 * lumps - 0.16 * crack - 0.14 * pits + 0.10 * speckle
-    return _packed(height, 0.75, shade)
+    return packed(height, 0.75, shade)
 
 
 def wood_detail(size: int, seed: int) -> Bytes:
@@ -55,7 +55,7 @@ def wood_detail(size: int, seed: int) -> Bytes:
     check = smoothstep(0.72, 1.15, check)
     height = 1.2 * late + 1.5 * fibre - 5.0 * check
     shade = 0.5 + 0.10 * (late - 0.5) + 0.11 * fibre - 0.3 * check
-    return _packed(height, 0.4, shade)
+    return packed(height, 0.4, shade)
 
 
 def canopy_detail(size: int, seed: int) -> Bytes:
@@ -65,7 +65,7 @@ def canopy_detail(size: int, seed: int) -> Bytes:
     leaves = grid_fbm(texel, texel, size / 64, seed + 5, octaves=3, gain=0.7, period=float(size))
     height = height + 1.6 * leaves
     light = 0.28 + 0.034 * np.minimum(height, 12) + 0.30 * (shade - 0.5) + 0.10 * leaves
-    return _packed(height, 0.16, light)
+    return packed(height, 0.16, light)
 
 
 def pebbles(
@@ -130,7 +130,7 @@ def _blades(size: int, seed: int, count: int = 16000) -> Floats:
     return (square * 2 + np.roll(square, 1, 0) + np.roll(square, 1, 1)) / np.float32(4)
 
 
-def _packed(height: Floats, strength: float, shade: Floats, second: Floats | None = None) -> Bytes:
+def packed(height: Floats, strength: float, shade: Floats, second: Floats | None = None) -> Bytes:
     """The four channels: the slopes of a height in texels, and its factors, their means made neutral."""
     slope_x = (np.roll(height, 1, axis=1) - np.roll(height, -1, axis=1)) / 2
     slope_z = (np.roll(height, 1, axis=0) - np.roll(height, -1, axis=0)) / 2

@@ -88,7 +88,7 @@ def test_a_detail_is_a_function_of_its_seed(draw: Draw) -> None:
 
 def test_slopes_belong_to_the_height() -> None:
     height, _ = textures.pebbles(64, 1, radii=((12.0, 1),))
-    image = textures._packed(height, 1.0, height * 0 + np.float32(0.5)).astype(float) / 127.5 - 1
+    image = textures.packed(height, 1.0, height * 0 + np.float32(0.5)).astype(float) / 127.5 - 1
     row, column = np.unravel_index(int(height.argmax()), height.shape)
     assert image[row, (column + 6) % 64, 0] > 0.1
     assert image[row, (column - 6) % 64, 0] < -0.1
