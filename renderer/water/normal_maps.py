@@ -8,6 +8,7 @@ renormalising.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -30,6 +31,28 @@ SPREAD = 2.0
 @lru_cache(maxsize=8)
 def ripple_slopes(seed: int) -> Texture:
     """The slopes (dy/dx, dy/dz) of a tile of random ripples, float32 (SIZE, SIZE, 2), mean exactly 0."""
+    waves = _waves(seed)
+    image = np.stack([waves.slope_x, waves.slope_z], axis=-1)
+    return Texture(f"ripples_{seed}", image.astype(np.float32), wrap="repeat", blends_mipmaps=False)
+
+
+@lru_cache(maxsize=8)
+def ripple_heights(seed: int) -> Texture:
+    """The heights whose slopes those are, in sides of the tile, float32 (SIZE, SIZE, 1), mean exactly 0."""
+    image = _waves(seed).height[..., None]
+    return Texture(f"ripple_heights_{seed}", image.astype(np.float32), wrap="repeat", blends_mipmaps=False)
+
+
+@dataclass(frozen=True, eq=False)
+class _Waves:
+    """One tile, (SIZE, SIZE) each: heights in sides of the tile, slopes of themselves."""
+
+    height: NDArray[np.float64]
+    slope_x: NDArray[np.float64]
+    slope_z: NDArray[np.float64]
+
+
+def _waves(seed: int) -> _Waves:
     rng = np.random.Generator(np.random.PCG64(0x6D696C6C + seed))
     k = np.fft.fftfreq(SIZE, 1 / SIZE)
     kx, kz = np.meshgrid(k, k)
@@ -45,9 +68,10 @@ def ripple_slopes(seed: int) -> Texture:
     slope_x = np.fft.ifft2(1j * kx * height).real
     slope_z = np.fft.ifft2(1j * kz * height).real
     scale = SLOPE / np.sqrt(0.5 * np.mean(slope_x**2 + slope_z**2))
-    image = np.stack([slope_x, slope_z], axis=-1) * scale
-    image -= image.mean(axis=(0, 1))
-    return Texture(f"ripples_{seed}", image.astype(np.float32), wrap="repeat", blends_mipmaps=False)
+    # The wave numbers are waves a side: between them and the slope along a side stands a turn of phase.
+    lifted = np.fft.ifft2(height).real * (scale / (2 * np.pi))
+    slopes = (slope * scale for slope in (slope_x, slope_z))
+    return _Waves(*(field - field.mean() for field in (lifted, *slopes)))
 
 
 def _smooth_step(low: float, high: float, x: NDArray[np.float64]) -> NDArray[np.float64]:

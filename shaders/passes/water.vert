@@ -2,9 +2,10 @@
 #include <View>
 #include <WaterPlane>
 
-#include <shape>
 
 uniform int cells;  // that the rectangle is divided into, each way
+
+#include <shape>
 
 out vec3 position_world;
 out vec4 reflection_clip;
