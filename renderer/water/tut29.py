@@ -105,7 +105,7 @@ class Tut29Scroll(Block):
 def frame_scroll(time: float, frame_rate: float, period: float | None) -> Scroll:
     """The scroll along y by the index of the frame: k / 1000 of a tile, k = floor(time * frame_rate).
 
-    The document adds 0.001 to a sum in single precision, frame by frame; after ten thousand frames that is frames off.
+    The document adds 0.001 to a sum in single precision, frame by frame, which is a frame off after a hundred thousand.
     Whole numbers are exact at any time. With a period whose frames are no multiple of 1000, two phases are blended.
     """
     slack = ROUNDING * math.ulp(max(abs(time), period or 0.0) * frame_rate)
