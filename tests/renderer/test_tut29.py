@@ -223,6 +223,28 @@ def test_as_published_the_opposite_edge_comes_in(tilt: Any) -> None:
     assert furthest(shown[:, -8:], np.repeat(read[:, -1:], 8, axis=1), water[:, -8:]) > 20
 
 
+def test_the_opposite_edge_is_drawn_where_no_water_lies_before_it(tilt: Any) -> None:
+    """A map that is read by wrapping round is drawn whole, not only near the water."""
+    tilt(0.5, 0.0)
+    water = {
+        **WATER,
+        "blend": 1.0,
+        "reflect_refract_scale": 0.1,
+        "as_published": True,
+        "extents": [3.0, 20.0, -20.0, 20.0],
+    }
+    fields: dict[str, Any] = {"camera": STEEP, "water": water}
+    region = mask(**fields)[:, -8:]
+    picture(
+        camera=LEVEL_VIEW, water={**water, "clip_bias": 10.0}, layers=["refraction_map"]
+    )  # leaves other pixels behind
+    shown = picture(**fields)
+
+    assert not mask(**fields)[:, :80].any()
+    assert region.sum() > 300
+    assert furthest(shown[:, -8:], picture(**fields, layers=["refraction_map"])[:, :8], region) <= 1
+
+
 def test_otherwise_the_edge_goes_on(tilt: Any) -> None:
     tilt(0.5, 0.0)
     shown, read, water = read_past_the_edge(as_published=False)
