@@ -21,17 +21,18 @@ from renderer.gpu.target import Target
 from renderer.light import LightBlock
 from renderer.passes.bed import BedPass
 from renderer.passes.composite import CompositePass
-from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, eye_side, map_look, water_window
+from renderer.passes.kept_maps import KeptMaps, map_window, plane_of, world_of_maps
+from renderer.passes.mapping import EDGE_SLACK, DrawnMap, draw_maps, eye_side, map_look
 from renderer.passes.shadow import ShadowPass
 from renderer.passes.shadows import Shadows
 from renderer.passes.sky import Sky, SkyPass
 from renderer.passes.stage import Stage
 from renderer.passes.targets import Targets
-from renderer.passes.view import WHOLE, Look, Wind
+from renderer.passes.view import Look, Wind
 from renderer.passes.water import Moment, WaterPass
 from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
-from renderer.water.technique import Extents, MapSpec
+from renderer.water.technique import MapSpec
 
 STAGES_KEPT = 2
 KINDS = {"half": "f2", "byte": "f1"}
@@ -78,6 +79,7 @@ class Renderer:
         self._sky = SkyPass(self.device)
         self._bed = BedPass(self.device)
         self._water = WaterPass(self.device)
+        self._kept = KeptMaps()
         self._composite = CompositePass(self.device)
         self._uniforms: dict[str, Uniforms] = {}
         self._timings: dict[str, float] = {}
@@ -127,13 +129,13 @@ class Renderer:
         with self._pass("scene"):
             self._paint(world, target, Look(camera))
         with self._pass("maps"):
-            maps = self._maps(world, camera, target)
+            maps = self._maps(world, instant, target)
         if layer.endswith("_map"):
             return maps[layer.removesuffix("_map")].target
         with self._pass("water"):
             if layer in SHOWS:
                 self._composite.blank(target, maps["refraction"].target)
-            bed = self._bed.draw(stage, *_plane(request)) if request.water.needs_depth else None
+            bed = self._bed.draw(stage, *plane_of(request.water)) if request.water.needs_depth else None
             look = Look(camera)
             target.begin(None)
             self._bind("look", look.block(shadows))
@@ -145,30 +147,39 @@ class Renderer:
         target.copy_to(resolved)
         return resolved
 
-    def _maps(self, world: World, camera: Camera, target: Target) -> dict[str, DrawnMap]:
+    def _maps(self, world: World, instant: Instant, target: Target) -> dict[str, DrawnMap]:
         """The technique's maps; one that is the scene itself is copied from it."""
-        request, water = world.request, world.request.water
-        specs = dict(water.maps())
+        request, camera, source = instant.request, instant.camera, instant
+        specs = dict(request.water.maps())
         drawn: dict[str, DrawnMap] = {}
         if request.maps is not None:
-            camera = request.maps.camera.camera(camera.width, camera.height)
-            self._light(request, camera, request.maps.time)
+            source = Instant(request, request.maps.camera.camera(camera.width, camera.height), request.maps.time)
         else:
             for name in [name for name, spec in specs.items() if spec.is_the_scene]:
+                self._kept.forget(name)
                 copy = self._lend_map(name, specs.pop(name), camera)
                 target.copy_to(copy)
                 drawn[name] = DrawnMap(copy, camera.clip_from_world)
-        level, extents = _plane(request)
-        # A map that is asked for itself, or read from another place, is drawn whole.
-        is_whole = request.maps is not None or request.layers != ("color",)
-        window = WHOLE if is_whole else water_window(camera, level, extents, water.reach())
+        level = request.water.level or 0.0
+        window = map_window(request, camera, source.camera)
         slack = EDGE_SLACK if request.msaa > 1 and request.layers == ("color",) else 0.0
-        looks = {name: (spec, map_look(spec, camera, level, window, slack)) for name, spec in specs.items()}
-        return drawn | draw_maps(looks, self._lend_map, partial(self._paint, world))
+        looks = {name: (spec, map_look(spec, source.camera, level, window, slack)) for name, spec in specs.items()}
+        state = world_of_maps(request, source.time)
+        if source is not instant:
+            drawn |= self._kept.found(looks, state, self._lend_map)
+        wanted = {name: look for name, look in looks.items() if name not in drawn}
+        for name in wanted:
+            self._kept.forget(name)
+        self._light(request, source.camera, source.time)
+        made = draw_maps(wanted, self._lend_map, partial(self._paint, world))
+        self._kept.keep(wanted, state, made)
+        self._light(request, camera, instant.time)
+        return drawn | made
 
     def _paint(self, world: World, target: Target, look: Look, spec: MapSpec | None = None) -> None:
         """Draw the world without its water: the picture's own, or a map's."""
         objects = world.stage.tagged(spec.objects) if spec else None
+        is_rough = spec is not None and not spec.is_the_scene  # shapes that only maps show may be coarser
         defines = (
             *(("HAS_FOG",) if world.request.fog else ()),
             *(("IS_ENCODED",) if world.request.water.is_encoded else ()),
@@ -179,8 +190,8 @@ class Renderer:
             look,
             fragment="passes/scene.frag",
             defines=(*world.shadows.defines, *defines, *(("HAS_SAMPLES",) if target.samples > 1 else ())),
-            in_map=spec is not None,
-            keeps=lambda part: (spec is None or part.in_maps) and (objects is None or bool(objects & part.tags)),
+            in_map=is_rough,
+            keeps=lambda part: (part.in_maps or not is_rough) and (objects is None or bool(objects & part.tags)),
             textures=world.shadows.textures,
         )
         if spec is None or spec.draws_sky:
@@ -255,11 +266,6 @@ class Renderer:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def _plane(request: FrameRequest) -> tuple[float, Extents]:
-    """The water's level and rectangle: a request that has been read has both."""
-    return request.water.level or 0.0, request.water.extents or (0.0, 0.0, 0.0, 0.0)
 
 
 def first_instant(request: FrameRequest) -> Instant:

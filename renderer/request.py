@@ -160,18 +160,32 @@ class FrameRequest(Declaration):
     def along(self, turntable: Turntable) -> list[FrameRequest]:
         """One request for each frame of a turntable that starts from this one.
 
-        Raises ``InvalidRequest`` where the last frame would come too late to be a request by itself.
+        Where maps are shared by several frames, all but the first of them name its time and camera in ``maps``, so that
+        each stands by itself. Raises ``InvalidRequest`` where the last frame would come too late to be a request, or
+        this one names maps already.
         """
         centre = SCENES[self.scene].centre
         if self.time + turntable.duration > LATEST:
             message = "the last frame's time lies too late"
             problem = FieldProblem("turntable.frames", message, turntable.frames, f"time <= {LATEST:g} s")
             raise InvalidRequest((problem,))
+        every = turntable.maps_every
+        if self.maps is not None and every > 1:
+            message = "the frame says itself where its maps are drawn"
+            problem = FieldProblem("turntable.maps_every", message, every, "1, or frame.maps null")
+            raise InvalidRequest((problem,))
+        views = turntable.views(self.camera, self.time, self.period, centre)
+        maps = [MapsAt.model_validate({"time": view.time, "camera": view.camera}) for view in views[::every]]
         return [
             self.model_copy(
-                update={"camera": view.camera, "time": view.time, "period": view.period},
+                update={
+                    "camera": view.camera,
+                    "time": view.time,
+                    "period": view.period,
+                    "maps": maps[i // every] if i % every else self.maps,
+                },
             )
-            for view in turntable.views(self.camera, self.time, self.period, centre)
+            for i, view in enumerate(views)
         ]
 
 

@@ -38,6 +38,8 @@ class Turntable(Declaration):
     """A point of the axis: else the camera's target, else the scene's centre."""
     loop: bool = True
     """Whether the last frame leads into the first: the water then repeats after the sequence."""
+    maps_every: int = Field(1, ge=1, le=100_000)
+    """How many frames share their reflection and refraction maps, which the first of them draws; 1 draws them anew."""
 
     @field_validator("loop")
     @classmethod

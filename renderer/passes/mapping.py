@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 from renderer.camera import Camera, Matrix, look_at, rotation_from_angles
 from renderer.gpu.target import Target
 from renderer.passes.view import NO_CLIP, WHOLE, Look, Window, quadruple
-from renderer.water.technique import MapSpec
+from renderer.water.technique import Extents, MapSpec
 
 EDGE_SLACK = 0.75
 """Pixels: where edges are smooth, a pixel that the water covers in part may have its centre past the water's edge."""
 EPSILON = 1e-3
 """Metres: an eye nearer than this to the plane counts as this far from it."""
+W_LEAST = 1e-6
+"""Metres before the eye from which on a point has a place in the image."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +36,10 @@ Paint = Callable[[Target, Look, MapSpec], None]
 def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE, slack: float = 0.0) -> Look:
     """How a map looks at the scene: its camera at the map's size, the side of the water it keeps, its window.
 
-    The window holds for maps that are read where they are drawn, by the picture's own projection. ``slack`` is how many
-    pixels past the water are kept besides the bias, at any distance.
+    The window holds for maps that are read by the picture's own projection, and past their edge at that edge. ``slack``
+    is how many pixels past the water are kept besides the bias, at any distance.
     """
-    if spec.camera not in ("mirror", "direct"):
+    if spec.camera not in ("mirror", "direct") or spec.wrap != "clamp":
         window = WHOLE
     size = map_size(spec, camera)
     across, down = size[0] / camera.width, size[1] / camera.height
@@ -60,7 +62,7 @@ def map_look(spec: MapSpec, camera: Camera, level: float, window: Window = WHOLE
 def water_window(
     camera: Camera,
     level: float,
-    extents: tuple[float, float, float, float],
+    extents: Extents,
     reach: tuple[float, float],
 ) -> Window:
     """The part of the image in which the water may look into a map.
@@ -68,9 +70,7 @@ def water_window(
     That is the box round the plane's rectangle, clipped at the eye, and ``reach`` more on each side: the farthest
     that the technique moves a map's coordinates, as fractions of the map.
     """
-    x0, x1, z0, z1 = extents
-    corners = np.array([[x, level, z, 1.0] for x, z in ((x0, z0), (x1, z0), (x1, z1), (x0, z1))])
-    polygon = _in_front(corners @ camera.clip_from_world.T)
+    polygon = _in_front(_corners(level, extents) @ camera.clip_from_world.T)
     if not len(polygon):
         return (0.0, 0.0, 0.0, 0.0)
     ndc = polygon[:, :2] / polygon[:, 3:]
@@ -80,16 +80,37 @@ def water_window(
     return float(left), float(right), float(bottom), float(top)
 
 
-def _in_front(polygon: NDArray[np.float64], w_least: float = 1e-6) -> NDArray[np.float64]:
-    """The part of a polygon in clip space before the eye (Sutherland and Hodgman 1974)."""
+def seen_water_is_before(source: Camera, camera: Camera, level: float, extents: Extents) -> bool:
+    """Whether all water in a picture of ``camera`` lies before the eye of ``source``, which projects it then."""
+    corners = _corners(level, extents)
+    seen = _in_front(np.c_[corners @ camera.clip_from_world.T, corners @ source.clip_from_world[3]])
+    for axis in (0, 1):
+        for sign in (-1.0, 1.0):
+            seen = _kept_part(seen, seen[:, 3] + sign * seen[:, axis])
+    return bool((seen[:, 4] >= W_LEAST).all())
+
+
+def _corners(level: float, extents: Extents) -> NDArray[np.float64]:
+    x0, x1, z0, z1 = extents
+    return np.array([[x, level, z, 1.0] for x, z in ((x0, z0), (x1, z0), (x1, z1), (x0, z1))])
+
+
+def _in_front(polygon: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The part of a polygon in clip space before the eye."""
+    return _kept_part(polygon, polygon[:, 3] - W_LEAST)
+
+
+def _kept_part(polygon: NDArray[np.float64], over: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The part of a polygon where a linear function of its corners is not negative (Sutherland and Hodgman 1974)."""
     kept = []
-    for here, after in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
-        if here[3] >= w_least:
+    for here, after, over_here, over_after in zip(
+        polygon, np.roll(polygon, -1, axis=0), over, np.roll(over, -1), strict=True
+    ):
+        if over_here >= 0:
             kept.append(here)
-        if (here[3] >= w_least) != (after[3] >= w_least):
-            share = (w_least - here[3]) / (after[3] - here[3])
-            kept.append(here + share * (after - here))
-    return np.array(kept).reshape(-1, 4)
+        if (over_here >= 0) != (over_after >= 0):
+            kept.append(here + over_here / (over_here - over_after) * (after - here))
+    return np.array(kept).reshape(-1, polygon.shape[1])
 
 
 def map_size(spec: MapSpec, camera: Camera) -> tuple[int, int]:

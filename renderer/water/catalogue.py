@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from renderer.naming import one_of
 from renderer.water.luna import Luna
 from renderer.water.technique import Technique
+from renderer.water.tut29 import Tut29
 
-TECHNIQUES: dict[str, type[Technique]] = {"luna": Luna}
+TECHNIQUES: dict[str, type[Technique]] = {"luna": Luna, "tut29": Tut29}
 DEFAULT = "luna"
 
 if TYPE_CHECKING:

@@ -125,6 +125,8 @@ class Turntable(TypedDict, total=False):
     """A point of the axis; None is the camera's target, else the scene's centre."""
     loop: bool
     """Whether the last frame leads into the first; needs whole turns."""
+    maps_every: int
+    """Frames that share their reflection and refraction maps."""
 
 
 class JobRequest(TypedDict, total=False):

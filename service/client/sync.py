@@ -86,8 +86,8 @@ class Millpond:
     ) -> Movie | Path:
         """A short turntable in one answer, as ``mp4`` or ``zip``; streamed to ``path`` where one is given.
 
-        ``settings`` are those of ``Turntable``: ``frames``, ``fps``, ``sweep``, ``pivot``, ``loop``. A longer one is a
-        job: ``turntable_job``.
+        ``settings`` are those of ``Turntable``: ``frames``, ``fps``, ``sweep``, ``pivot``, ``loop``,
+        ``maps_every``. A longer one is a job: ``turntable_job``.
         """
         to = None if path is None else Path(path)
         reply = self.run(operations.turntable(self.policy, frame, settings, format, to))

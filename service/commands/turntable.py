@@ -32,7 +32,8 @@ SUMMARY = (
     "archive of images (.zip) or a folder of them."
 )
 TURNS = tuple(
-    Option(name, "VALUE", " ".join((field.description or "").split())) for name, field in Turntable.model_fields.items()
+    Option(name.replace("_", "-"), "VALUE", " ".join((field.description or "").split()))
+    for name, field in Turntable.model_fields.items()
 )
 OPTIONS = (
     *TURNS,
@@ -74,7 +75,7 @@ def run(arguments: Sequence[str]) -> int:
 
 def _plan(given: Arguments) -> TurntablePlan:
     frame = given.frame_fields()
-    turning = [(option.name, given.own[option.name]) for option in TURNS if option.name in given.own]
+    turning = [(option.name.replace("-", "_"), given.own[option.name]) for option in TURNS if option.name in given.own]
     try:
         return plan_turntable(frame, parse_query(turning), None, None)
     except InvalidRequest as error:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from renderer.camera import pose, rotation_from_angles
 from renderer.request import LAYERS
+from renderer.water.catalogue import TECHNIQUES
 
 Fields = dict[str, Any]
 
@@ -78,7 +79,7 @@ skies = st.one_of(
 )
 pair = st.lists(number(-2, 2), min_size=2, max_size=2)
 waters = st.one_of(
-    st.just("luna"),
+    st.sampled_from(sorted(TECHNIQUES)),
     st.fixed_dictionaries(
         {},
         optional={

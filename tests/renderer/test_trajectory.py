@@ -88,6 +88,8 @@ def test_a_loop_needs_whole_turns(sweep: float) -> None:
         {"fps": 1e-9},
         {"fps": 1000.0},
         {"sweep": float("nan")},
+        {"maps_every": 0},
+        {"maps_every": 1.5},
         {"speed": 1},
     ],
 )
@@ -98,7 +100,13 @@ def test_what_is_no_turntable_is_refused(fields: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    "turntable", [Turntable(frames=1, fps=240), Turntable(frames=3, fps=0.01), Turntable(frames=7)]
+    "turntable",
+    [
+        Turntable(frames=1, fps=240),
+        Turntable(frames=3, fps=0.01),
+        Turntable(frames=7),
+        Turntable(frames=5, maps_every=2),
+    ],
 )
 def test_every_frame_is_a_request_that_stands_by_itself(turntable: Turntable) -> None:
     for request in frame(camera=ORBIT).along(turntable):
@@ -109,3 +117,26 @@ def test_a_turntable_that_ends_too_late_is_refused() -> None:
     with pytest.raises(InvalidRequest, match="too late") as caught:
         frame(time=9.9e6).along(Turntable(frames=100_000, fps=0.01, loop=False))
     assert [problem.path for problem in caught.value.problems] == ["turntable.frames"]
+
+
+def test_frames_that_share_maps_name_the_time_and_the_camera_of_the_first() -> None:
+    start = frame(time=2.0, camera=ORBIT)
+    plain = start.along(Turntable(frames=7, fps=4))
+    shared = start.along(Turntable(frames=7, fps=4, maps_every=3))
+
+    assert [request.maps is None for request in shared] == [True, False, False, True, False, False, True]
+    for i, (request, alone) in enumerate(zip(shared, plain, strict=True)):
+        first = plain[i - i % 3]
+        if request.maps is not None:
+            assert (request.maps.time, request.maps.camera) == (first.time, first.camera)
+        assert request.model_copy(update={"maps": None}) == alone
+
+
+def test_maps_that_the_frame_names_itself_hold_for_every_frame() -> None:
+    own = {"time": 0.5, "camera": ORBIT}
+    requests = frame(maps=own).along(Turntable(frames=4))
+
+    assert {request.maps for request in requests} == {frame(maps=own).maps}
+    with pytest.raises(InvalidRequest, match="maps") as caught:
+        frame(maps=own).along(Turntable(frames=4, maps_every=2))
+    assert [problem.path for problem in caught.value.problems] == ["turntable.maps_every"]

@@ -76,7 +76,7 @@ def test_a_frame_is_drawn_again_with_other_fields_and_format(tmp_path: Path, htt
 
 
 def test_a_turntable_is_written_as_movie_and_as_folder(tmp_path: Path, http: httpx.Client) -> None:
-    turn = ("--frames=4", "--fps=8", "--workers=2", *SMALL)
+    turn = ("--frames=4", "--fps=8", "--maps-every=2", "--workers=2", *SMALL)
     movie, folder = tmp_path / "t.mp4", tmp_path / "t"
     for out in (movie, folder):
         run = millpond("turntable", str(out), *turn)
@@ -86,9 +86,10 @@ def test_a_turntable_is_written_as_movie_and_as_folder(tmp_path: Path, http: htt
     assert movie_frames(movie.read_bytes()) == 4
     names = sorted(path.name for path in folder.iterdir())
     assert names == [f"frame_{index:08d}.png" for index in range(4)]
-    for name in names:
-        data = (folder / name).read_bytes()
-        assert http.post("/v1/frame", json=json.loads(read_png_text(data)["millpond"])).content == data
+    requests = [json.loads(read_png_text((folder / name).read_bytes())["millpond"]) for name in names]
+    for name, request in zip(names, requests, strict=True):
+        assert http.post("/v1/frame", json=request).content == (folder / name).read_bytes()
+    assert [request["maps"] is None for request in requests] == [True, False, True, False]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["t", "t.mp4"]
 
 
@@ -152,6 +153,7 @@ def test_a_mistake_is_told_in_a_line_and_ends_with_2(
         (["turntable", "out.avi"], "write .mp4"),
         (["turntable", "out.mp4", "--frames=0"], "frames: "),
         (["turntable", "out.mp4", "--sweep=90"], "loop: "),
+        (["turntable", "out.mp4", "--maps-every=0"], "maps_every: "),
         (["turntable", "out.mp4", "--workers=none"], "--workers takes a whole number"),
         (["doctor", "--require=tpu"], "--require takes any, gpu or cpu"),
         (["doctor", "--jsn=1"], "there is no option --jsn"),

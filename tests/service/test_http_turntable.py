@@ -98,6 +98,7 @@ def test_turntable_mistakes_are_told_from_the_body_down(http: httpx.Client) -> N
     [
         ({"turntable": {"frames": 25}}, "turntable.frames", "<= 24"),
         ({"turntable": {"sweep": 90}}, "turntable.loop", "a multiple of 360"),
+        ({"turntable": {"maps_every": 0}}, "turntable.maps_every", ">= 1"),
         ({"outputs": ["avi"]}, "outputs", "[one of zip, mp4]"),
         ({"outputs": ["zip", "mp4"]}, "outputs", "[one of zip, mp4]"),
         ({"outputs": [["zip"]]}, "outputs", "[one of zip, mp4]"),
