@@ -203,13 +203,17 @@ NAN, INFINITY = float("nan"), float("inf")
         (
             {"layers": ["color", "water_mask"]},
             "layers",
-            "one of color, reflection_map, refraction_map, reflection_weight, water_mask",
+            "one of color, reflection_map, refraction_map, reflection_weight, perturbation, validity, water_mask",
         ),
-        ({"layers": []}, "layers", "one of color, reflection_map, refraction_map, reflection_weight, water_mask"),
+        (
+            {"layers": []},
+            "layers",
+            "one of color, reflection_map, refraction_map, reflection_weight, perturbation, validity, water_mask",
+        ),
         (
             {"layers": ["colour"]},
             "layers.0",
-            "'color', 'reflection_map', 'refraction_map', 'reflection_weight' or 'water_mask'",
+            "'color', 'reflection_map', 'refraction_map', 'reflection_weight', 'perturbation', 'validity' or 'water_mask'",
         ),
         ({"tonemap": "filmic"}, "tonemap.operator", "'none', 'reinhard', 'aces' or 'agx'"),
         ({"format": "bmp"}, "format", "'png', 'jpeg' or 'webp'"),
