@@ -80,7 +80,7 @@ def _flat(prefix: str, value: Any, own: Any) -> Iterable[tuple[str, str]]:
 
 def _text(value: Any) -> str:
     if isinstance(value, list):
-        if any(isinstance(item, list | dict) for item in value):
+        if not value or any(isinstance(item, list | dict) for item in value):
             return json.dumps(value)
         return ",".join(_text(item) for item in value)
     return value if isinstance(value, str) else json.dumps(value)

@@ -14,7 +14,17 @@ from typing import Any
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from renderer.errors import Cancelled, DeviceError, EncodeError, FieldProblem, InvalidRequest, NoDevice, SceneError
+from renderer.errors import (
+    Cancelled,
+    DeviceError,
+    EncodeError,
+    FieldProblem,
+    ImageLibraryFull,
+    InvalidRequest,
+    MissingImage,
+    NoDevice,
+    SceneError,
+)
 from service import errors
 from service.problem_kinds import KINDS
 
@@ -76,6 +86,8 @@ TABLE: Mapping[type[Exception], str] = {
     DeviceError: "render-failed",
     EncodeError: "render-failed",
     SceneError: "render-failed",
+    MissingImage: "missing-image",
+    ImageLibraryFull: "store-unavailable",
     Cancelled: "stopping",
     errors.WorkerDied: "renderer-crashed",
     errors.FrameTimedOut: "deadline",

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from renderer.blocks import Block
+from renderer.scene.images import ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Coordinate, Length
 
@@ -82,6 +83,15 @@ class Technique(Block):
     def maps(self) -> Mapping[str, MapSpec]:
         """The maps by name: ``reflection`` and ``refraction``."""
         raise NotImplementedError
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether the shader reads the depth of the water below a point."""
+        return False
+
+    def images(self) -> Mapping[str, ImageReference]:
+        """The users' images that the parameters name, by the parameter's dotted path."""
+        return {}
 
     def reach(self) -> tuple[float, float]:
         """The farthest that the water moves a map's coordinates, as fractions of the map: u, v."""

@@ -10,6 +10,7 @@ from fastapi.openapi.utils import get_openapi
 
 from renderer.encode.image import FORMATS
 from renderer.request import FrameRequest
+from renderer.scene.image_files import KINDS as IMAGE_KINDS
 from renderer.trajectory import Turntable
 from service.asking import SUFFIXES
 from service.fields import FieldFacts, frame_fields
@@ -95,6 +96,43 @@ def body(model: str, example: Mapping[str, Any]) -> dict[str, Any]:
     """A JSON body of one of the document's schemas."""
     content = {"schema": {"$ref": REF.format(model=model)}, "example": example}
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
+
+
+image_upload: Mapping[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["file", "kind"],
+                    "additionalProperties": False,
+                    "properties": {
+                        "file": {"type": "string", "format": "binary", "description": "A PNG, JPEG or WebP image."},
+                        "kind": {"enum": list(IMAGE_KINDS), "description": "What the image is for."},
+                    },
+                },
+            },
+        },
+    },
+}
+image_answer: Mapping[str, Any] = {
+    "description": "The image: its id is what requests name.",
+    "content": {
+        "application/json": {
+            "schema": {
+                "type": "object",
+                "required": ["id", "kind", "width", "height"],
+                "properties": {
+                    "id": {"type": "string", "pattern": "^[0-9a-f]{64}$"},
+                    "kind": {"enum": list(IMAGE_KINDS)},
+                    "width": {"type": "integer", "minimum": 1},
+                    "height": {"type": "integer", "minimum": 1},
+                },
+            },
+        },
+    },
+}
 
 
 def answer(description: str, **schema: Any) -> dict[str, Any]:

@@ -31,6 +31,10 @@ void main()
     point.refraction_place = map_place(refraction_clip);
 #endif
     point.sun_visibility = sun_visibility(shadow_place);
+    point.plane_place = (position_world.xz - water_plane.extents.xz) / (water_plane.extents.yw - water_plane.extents.xz);
+#ifdef NEEDS_DISTANCE
+    point.distance = distance_to_eye(position_world, view.eye, view.eye_reach);
+#endif
     WaterShade shade = shade_water(point);
 #ifdef SHOWS_WEIGHT
     result = vec4(rounded_to_half(vec3(shade.reflection_weight)), 1.0);

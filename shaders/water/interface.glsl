@@ -5,9 +5,16 @@ struct WaterPoint
     vec3 position;           // world, metres
     vec3 view;               // unit, from the surface towards the eye
     vec3 up;                 // unit, the plane's normal on the eye's side
+    vec2 plane_place;        // where in the water's rectangle: 0..1 along x and along z
     vec2 reflection_place;   // coordinates in the reflection map, 0..1, not perturbed
     vec2 refraction_place;   // coordinates in the refraction map, 0..1, not perturbed
     float sun_visibility;    // 0..1
+#ifdef NEEDS_DEPTH
+    float depth;             // of the water below, metres, >= 0
+#endif
+#ifdef NEEDS_DISTANCE
+    float distance;          // from the eye, metres
+#endif
 };
 
 struct WaterShade
