@@ -145,10 +145,10 @@ KINDS: Mapping[str, Kind] = {
         ),
         Kind(
             "missing-image",
-            409,
+            422,
             "An image of the request is not where it is drawn",
-            "The request names an uploaded image that was here when the request came, and is missing or damaged now, or "
-            "is not on the machine that draws.",
+            "The request names an uploaded image that was here when the request came, and is missing or damaged now, "
+            "or is not on the machine that draws.",
             "Upload the image again with POST /v1/images; its id stays the same.",
         ),
         Kind(

@@ -107,7 +107,11 @@ TABLE: Mapping[type[Exception], str] = {
     errors.BadCursor: "invalid-request",
 }
 """The kind of problem of each exception; a subclass may have its own. What is not here is an internal error."""
-FIELDS: Mapping[type[Exception], str] = {errors.BadCursor: "cursor", errors.IdempotencyConflict: "Idempotency-Key"}
+FIELDS: Mapping[type[Exception], str] = {
+    errors.BadCursor: "cursor",
+    errors.IdempotencyConflict: "Idempotency-Key",
+    MissingImage: "",
+}
 """What an exception that stands for a 422 blames."""
 BY_STATUS: Mapping[int, str] = {404: "not-found", 405: "method-not-allowed"}
 """The kind of problem of the statuses that the router itself raises."""

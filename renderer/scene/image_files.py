@@ -14,7 +14,6 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 from PIL.ImageFile import ImageFile
 from PIL.JpegImagePlugin import JpegImageFile
 from PIL.PngImagePlugin import PngImageFile
@@ -24,12 +23,13 @@ from renderer.errors import FieldProblem, InvalidRequest
 
 ImageKind = Literal["normal_map", "bias_map", "color_layer"]
 KINDS: tuple[ImageKind, ...] = get_args(ImageKind)
-Pixels = NDArray[np.uint8] | NDArray[np.uint16]
+Pixels = NDArray[Any]
+"""Rows of pixels from the top, uint8 or uint16."""
 
 LARGEST_SIDE = 8192
 """Pixels."""
 STRAY = 0.01
-"""Share of a normal map's pixels that may point into the water: a few steep ones are no sign of another kind of image."""
+"""Share of a normal map's pixels that may point into the water: a few don't make it another kind of image."""
 _READERS: dict[str, Callable[[io.BytesIO], ImageFile]] = {
     "PNG": PngImageFile,  # not Image.open: it would judge the size by a bound of its own
     "JPEG": JpegImageFile,
@@ -135,8 +135,8 @@ def _sixteen_bits(data: bytes) -> NDArray[np.uint16]:
         raise ValueError(str(error)) from None
     channels = {"gray16be": 1, "ya16be": 2, "rgb48be": 3, "rgba64be": 4}[frame.format.name]
     (plane,) = frame.planes
-    rows = np.frombuffer(plane, ">u2").reshape(frame.height, plane.line_size // 2)
-    samples = rows[:, : frame.width * channels].astype(np.uint16)
+    rows = np.frombuffer(bytes(plane), ">u2").reshape(frame.height, plane.line_size // 2)
+    samples: NDArray[np.uint16] = rows[:, : frame.width * channels].astype(np.uint16)
     return samples.reshape(frame.height, frame.width, channels)
 
 

@@ -109,7 +109,9 @@ class ImageLibrary:
             self.directory.mkdir(parents=True, exist_ok=True)
             used = self._used()
             if used + len(data) > self.budget:
-                raise ImageLibraryFull(f"The images here have {used} bytes; with this one they would pass {self.budget}.")
+                raise ImageLibraryFull(
+                    f"The images here have {used} bytes; with this one they would pass {self.budget}."
+                )
             handle, temporary = tempfile.mkstemp(prefix=".image-", dir=self.directory)
             try:
                 with os.fdopen(handle, "wb") as file:

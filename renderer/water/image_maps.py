@@ -59,7 +59,7 @@ def slopes_of_normals(pixels: Pixels) -> NDArray[np.float32]:
 
 
 def premultiplied(pixels: NDArray[Any]) -> NDArray[np.uint16]:
-    """Linear colour times alpha, and alpha, as 16-bit fractions: what mipmaps may average. From sRGB bytes (h, w, 4)."""
+    """Linear colour times alpha, and alpha, as 16-bit fractions, which may be averaged. From sRGB bytes (h, w, 4)."""
     alpha = pixels[..., 3:].astype(np.float32) / np.float32(255)
     light = np.concatenate([LINEAR_OF_BYTE[pixels[..., :3]] * alpha, alpha], axis=-1)
     return np.rint(light * np.float32(65535)).astype(np.uint16)
@@ -86,5 +86,3 @@ def _shrunk(image: NDArray[Any], step: int) -> NDArray[Any]:
     blocks = image[: height * step, : width * step].reshape(height, step, width, step, -1)
     mean = blocks.mean(axis=(1, 3), dtype=np.float32)
     return np.asarray(mean if image.dtype == np.float32 else np.rint(mean).astype(image.dtype))
-
-

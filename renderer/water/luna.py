@@ -112,7 +112,7 @@ class Luna(Technique):
             blend_0=first.blend,
             blend_1=second.blend,
         )
-        layers = {}
+        layers: dict[str, Vec4] = {}
         for number, layer in enumerate(self._visible_layers()):
             scroll = Scroll.at(layer.velocity, time, period)
             layers |= {

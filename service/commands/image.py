@@ -13,8 +13,9 @@ from service.commands.options import Option, Usage, help_text, take_apart
 
 USAGE = "millpond image add FILE --kind KIND"
 SUMMARY = (
-    "Checks a PNG, JPEG or WebP image, copies it into this user's library and writes its id, by which frames drawn here, "
-    "with or without a server, may name it: --water.normal-map ID. The same file of the same kind has the same id everywhere."
+    "Checks a PNG, JPEG or WebP image, copies it into this user's library and writes its id, by which frames drawn "
+    "here, with or without a server, may name it: --water.normal-map ID. The same file of the same kind has the same "
+    "id everywhere."
 )
 OPTIONS = (
     Option("kind", "KIND", f"what the image is for: {', '.join(KINDS)}"),

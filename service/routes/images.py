@@ -68,10 +68,6 @@ def _one_at_a_time() -> anyio.CapacityLimiter:
     return anyio.CapacityLimiter(1)
 
 
-class _TooLarge(MultiPartException):
-    """The body passed its cap. Of the parser's own kind, so that it closes its files."""
-
-
 async def _form(request: Request, limit: int) -> FormData:
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if kind != "multipart/form-data":
@@ -86,12 +82,10 @@ async def _form(request: Request, limit: int) -> FormData:
     length = request.headers.get("content-length", "")
     if length.isdecimal() and int(length) > limit + ENVELOPE:
         raise too_large
-    body = _bounded(request, limit + ENVELOPE)
+    body = _bounded(request, limit + ENVELOPE, too_large)
     parser = MultiPartParser(request.headers, body, max_files=1, max_fields=len(PARTS), max_part_size=FIELD_BYTES)
     try:
         form = await parser.parse()
-    except _TooLarge:
-        raise too_large from None
     except ClientDisconnect:
         raise ClientLeft from None
     except MultiPartException as error:
@@ -102,12 +96,12 @@ async def _form(request: Request, limit: int) -> FormData:
     return form
 
 
-async def _bounded(request: Request, limit: int) -> AsyncGenerator[bytes, None]:
+async def _bounded(request: Request, limit: int, problem: Problem) -> AsyncGenerator[bytes, None]:
     read = 0
     async for chunk in request.stream():
         read += len(chunk)
         if read > limit:
-            raise _TooLarge("too large")
+            raise problem
         yield chunk
 
 
@@ -123,7 +117,9 @@ async def _fields(form: FormData) -> tuple[bytes, str]:
         message = "missing" if file is None else "a file's part has a filename in its head"
         problems.append(FieldProblem("file", message, file, "a PNG, JPEG or WebP image"))
     if not isinstance(kind, str):
-        problems.append(FieldProblem("kind", "missing" if kind is None else "a name", None, "one of " + ", ".join(KINDS)))
+        problems.append(
+            FieldProblem("kind", "missing" if kind is None else "a name", None, "one of " + ", ".join(KINDS))
+        )
     if problems or not isinstance(file, UploadFile) or not isinstance(kind, str):
         raise invalid(*problems)
     known_kind(kind)  # before the file is read

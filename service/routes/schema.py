@@ -98,7 +98,7 @@ def body(model: str, example: Mapping[str, Any]) -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
-image_upload: Mapping[str, Any] = {
+image_upload: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {
@@ -116,7 +116,7 @@ image_upload: Mapping[str, Any] = {
         },
     },
 }
-image_answer: Mapping[str, Any] = {
+image_answer: dict[str, Any] = {
     "description": "The image: its id is what requests name.",
     "content": {
         "application/json": {
@@ -152,9 +152,19 @@ def _parameter(facts: FieldFacts) -> dict[str, Any]:
         "in": "query",
         "required": False,
         "description": f"{facts.description} ({facts.line()})".strip(),
-        "schema": dict(facts.schema),
+        "schema": _within_document(facts.schema),
         **({"style": "form", "explode": False} if facts.schema.get("type") == "array" else {}),
     }
+
+
+def _within_document(schema: Any) -> Any:
+    """A schema whose references lead to the document's components, not to a model's own definitions."""
+    if isinstance(schema, Mapping):
+        return {
+            name: REF.format(model=value.rsplit("/", 1)[-1]) if name == "$ref" else _within_document(value)
+            for name, value in schema.items()
+        }
+    return [_within_document(item) for item in schema] if isinstance(schema, list) else schema
 
 
 _IMAGES = binary(*dict.fromkeys(entry.media_type for entry in FORMATS.values()))
