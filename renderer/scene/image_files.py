@@ -90,11 +90,12 @@ def _decoded(data: bytes, caps: ImageCaps) -> Pixels:
     try:
         image = _READERS[name](io.BytesIO(data))
         _refuse_past_caps(image, caps)
-        image.load()
         if name == "PNG":
             _READERS[name](io.BytesIO(data)).verify()  # the checksums of all chunks, which decoding does not ask for
-            if data[24] == 16:  # bits a channel, in the header: Pillow would cut colours to 8
-                return _sixteen_bits(data)
+        image.load()
+        if name == "PNG" and data[24] == 16:  # bits a channel, in the header: Pillow cuts colours to 8
+            image.close()
+            return _sixteen_bits(data)
         return _eight_bits(image)
     except InvalidRequest:
         raise
@@ -135,7 +136,7 @@ def _sixteen_bits(data: bytes) -> NDArray[np.uint16]:
         raise ValueError(str(error)) from None
     channels = {"gray16be": 1, "ya16be": 2, "rgb48be": 3, "rgba64be": 4}[frame.format.name]
     (plane,) = frame.planes
-    rows = np.frombuffer(bytes(plane), ">u2").reshape(frame.height, plane.line_size // 2)
+    rows = np.frombuffer(memoryview(plane), ">u2").reshape(frame.height, plane.line_size // 2)
     samples: NDArray[np.uint16] = rows[:, : frame.width * channels].astype(np.uint16)
     return samples.reshape(frame.height, frame.width, channels)
 

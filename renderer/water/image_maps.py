@@ -26,7 +26,8 @@ BAND = 256
 """Rows that are converted at a time, which bounds the memory of floats."""
 LOWEST_UP = 0.1
 """The least of a normal's part along +y: slopes end at ±10."""
-LINEAR_OF_BYTE = np.array([linear_from_srgb(byte / 255) for byte in range(256)], np.float32)
+SCALED_OF_BYTE = np.array([65535 * linear_from_srgb(byte / 255) for byte in range(256)], np.float32)
+"""sRGB bytes as linear fractions of 65535."""
 
 
 def image_texture(reference: ImageReference) -> Texture:
@@ -52,17 +53,20 @@ def slopes_of_normals(pixels: Pixels) -> NDArray[np.float32]:
     2c − 1 leaves 0.004 there, with which the whole picture would shift. The mean of the map is kept.
     """
     middle, reach = (128, 127) if pixels.dtype == np.uint8 else (32768, 32767)
-    normal = (pixels.astype(np.float32) - middle) / np.float32(reach)
-    up = np.maximum(normal[..., 2:], np.float32(LOWEST_UP))
+    red, green, blue = (pixels[..., channel].astype(np.float32) - middle for channel in range(3))
+    up = np.maximum(blue, np.float32(LOWEST_UP * reach))
     # Green points to the image's top, which is −z: a normal (x, y, z) = (r, b, −g) has the slopes −x/y and −z/y.
-    return np.asarray(normal[..., :2] * np.array([-1, 1], np.float32) / up + np.float32(0))
+    return np.stack([0 - red / up, green / up], axis=-1)
 
 
 def premultiplied(pixels: NDArray[Any]) -> NDArray[np.uint16]:
     """Linear colour times alpha, and alpha, as 16-bit fractions, which may be averaged. From sRGB bytes (h, w, 4)."""
-    alpha = pixels[..., 3:].astype(np.float32) / np.float32(255)
-    light = np.concatenate([LINEAR_OF_BYTE[pixels[..., :3]] * alpha, alpha], axis=-1)
-    return np.rint(light * np.float32(65535)).astype(np.uint16)
+    alpha = pixels[..., 3].astype(np.float32) * np.float32(1 / 255)
+    made = np.empty(pixels.shape, np.uint16)
+    for channel in range(3):
+        made[..., channel] = np.rint(SCALED_OF_BYTE[pixels[..., channel]] * alpha)
+    made[..., 3] = pixels[..., 3].astype(np.uint16) * 257
+    return made
 
 
 def _as_it_is(pixels: NDArray[Any]) -> NDArray[Any]:
@@ -83,6 +87,9 @@ def _shrunk(image: NDArray[Any], step: int) -> NDArray[Any]:
     if step == 1:
         return image
     height, width = image.shape[0] // step, image.shape[1] // step
-    blocks = image[: height * step, : width * step].reshape(height, step, width, step, -1)
-    mean = blocks.mean(axis=(1, 3), dtype=np.float32)
+    total = np.zeros((height, width, image.shape[2]), np.float32 if image.dtype == np.float32 else np.uint32)
+    for row in range(step):
+        for column in range(step):
+            total += image[row : height * step : step, column : width * step : step]
+    mean = total / np.float32(step * step)
     return np.asarray(mean if image.dtype == np.float32 else np.rint(mean).astype(image.dtype))
