@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
 
 from renderer.errors import InvalidRequest, MissingImage
+from renderer.query import parse_query, to_query
+from renderer.request import FrameRequest
 from renderer.scene.images import ImageLibrary
 from renderer.water.luna import Luna
 from tests.reference import layering, tonemap
@@ -246,6 +250,24 @@ def test_a_mistake_is_named(water: dict[str, Any], path: str, bound: str) -> Non
 
     assert problem.path == path
     assert bound in (problem.bound or "")
+
+
+@pytest.mark.parametrize("name", ["1" * 64, "1e" * 32, "f" * 64])
+def test_a_query_says_the_same(name: str) -> None:
+    """Ids that look like numbers are names still; null is none."""
+    layers = [{"image": name, "opacity": 0.5, "tile": 3.0}, {"image": "algae"}]
+    for query, water in (
+        (f"water.bias_map={name}&water.normal_map={name}", {"bias_map": name, "normal_map": name}),
+        ("water.bias_map=null", {"bias_map": None}),
+        ("water.color_layers=algae", {"color_layers": ["algae"]}),
+        ("water.color_layers=algae,silt&water=luna", {"color_layers": ["algae", "silt"]}),
+        (f"water.color_layers={json.dumps(layers)}", {"color_layers": layers}),
+        (f"water.color_layers={'c' * 64}", {"color_layers": ["c" * 64]}),
+        ("water.color_layers=[]", {}),
+    ):
+        by_query = FrameRequest.parse(parse_query(parse_qsl(query)))
+        assert by_query == FrameRequest.parse({"water": water})
+        assert FrameRequest.parse(parse_query(parse_qsl(to_query(by_query)))) == by_query
 
 
 def test_a_layer_by_its_name_is_the_layer_with_its_defaults() -> None:
