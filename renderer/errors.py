@@ -3,6 +3,8 @@
     MillpondError
     ├── InvalidRequest      a request that breaks the schema or its bounds
     ├── SceneError          a scene's data is damaged or inconsistent
+    ├── MissingImage        an image that the request names is not in the library
+    ├── ImageLibraryFull    the library of users' images takes no more
     ├── EncodeError         an image or movie cannot be written, read or verified
     ├── Cancelled           nobody waits for the frame any more
     └── DeviceError
@@ -54,6 +56,21 @@ class InvalidRequest(MillpondError):
 
 class SceneError(MillpondError):
     """The scene's data is damaged or inconsistent."""
+
+
+class MissingImage(MillpondError):
+    """The image is not in this machine's library, or it is damaged."""
+
+    def __init__(self, image_id: str, kind: str = "image") -> None:
+        self.image_id, self.kind = image_id, kind
+        super().__init__(f"The {kind} {image_id} is not in this machine's library, or is damaged: upload it again.")
+
+    def __reduce__(self) -> tuple[type[MissingImage], tuple[str, str]]:
+        return type(self), (self.image_id, self.kind)
+
+
+class ImageLibraryFull(MillpondError):
+    """The library of images takes no more."""
 
 
 class EncodeError(MillpondError):

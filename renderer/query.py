@@ -80,7 +80,7 @@ def _flat(prefix: str, value: Any, own: Any) -> Iterable[tuple[str, str]]:
 
 def _text(value: Any) -> str:
     if isinstance(value, list):
-        if any(isinstance(item, list | dict) for item in value):
+        if not value or any(isinstance(item, list | dict) for item in value):
             return json.dumps(value)
         return ",".join(_text(item) for item in value)
     return value if isinstance(value, str) else json.dumps(value)
@@ -103,9 +103,10 @@ def _place(data: dict[str, Any], name: str, value: Any) -> FieldProblem | None:
 
 
 def _value(name: str, text: str) -> Any:
-    kinds = _kinds().get(name, frozenset())
+    named = _kinds().get(name, frozenset())
+    kinds = named - {"null"}
     value: Any = text
-    if text == "null" and kinds != {"string"}:
+    if text == "null" and ("null" in named or kinds != {"string"}):
         value = None
     elif kinds and kinds <= {"strings"}:
         value = text.split(",")
@@ -133,7 +134,7 @@ def _scalar(text: str) -> Any:
 
 @cache
 def _kinds() -> dict[str, frozenset[str]]:
-    """What each dotted name may hold, by the JSON schema: ``string``, ``strings``, ``array``."""
+    """What each dotted name may hold, by the JSON schema: ``string``, ``strings``, ``array``, ``null``."""
     schema = FrameRequest.model_json_schema()
     kinds: dict[str, set[str]] = {}
     _collect("", schema, schema.get("$defs", {}), kinds, DEPTH)
@@ -155,7 +156,7 @@ def _collect(
     if kind == "array" and schema.get("items", {}) and "prefixItems" not in schema:
         item = schema["items"]
         kind = "strings" if item.get("type") == "string" or "enum" in item else "array"
-    if kind not in (None, "object", "null"):
+    if kind not in (None, "object"):
         kinds.setdefault(name, set()).add(str(kind))
     if depth:
         for field, inner in schema.get("properties", {}).items():

@@ -19,6 +19,7 @@ from renderer.naming import PREFIX, unknown_name
 from renderer.resolve import lay_over, scene_entry, water_of
 from renderer.scene.catalogue import DEFAULT as DEFAULT_SCENE
 from renderer.scene.catalogue import SCENES
+from renderer.scene.images import ImageReference
 from renderer.scene.skies import AnySky
 from renderer.source_digest import source_digest
 from renderer.trajectory import Turntable
@@ -156,6 +157,10 @@ class FrameRequest(Declaration):
     def view(self) -> Camera:
         """The camera in pixels."""
         return self.camera.camera(self.width, self.height)
+
+    def images(self) -> dict[str, ImageReference]:
+        """The users' images that the request names, by the path of the field that names them."""
+        return {f"water.{path}": reference for path, reference in self.water.images().items()}
 
     def along(self, turntable: Turntable) -> list[FrameRequest]:
         """One request for each frame of a turntable that starts from this one.

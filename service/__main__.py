@@ -16,6 +16,7 @@ COMMANDS: Mapping[str, str] = {
     "serve": "serve frames, turntables and jobs over HTTP",
     "frame": "draw one frame into a file",
     "turntable": "draw a camera's way round a scene into a movie, an archive or a folder",
+    "image": "keep an image of yours, so that requests may name it",
     "doctor": "say what drawing needs, and what of it is here",
 }
 DONE, BAD_INPUT, NO_DEVICE, FAILED, INTERRUPTED = 0, 2, 3, 4, 130

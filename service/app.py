@@ -20,7 +20,7 @@ from service.frames import Deadlines, FrameCache
 from service.jobs import Jobs
 from service.places import Places
 from service.problems import problem_of
-from service.routes import catalogue, frames, health, jobs, page, schema, turntable
+from service.routes import catalogue, frames, health, images, jobs, page, schema, turntable
 from service.routes.answering import release
 from service.routes.boundary import Boundary
 from service.routes.parts import Parts
@@ -59,7 +59,7 @@ def create_app(parts: Parts) -> FastAPI:
     )
     app.state.parts = parts
     app.add_middleware(Boundary, settings=parts.settings)
-    for room in (frames, turntable, jobs, catalogue, health, page):
+    for room in (frames, turntable, jobs, images, catalogue, health, page):
         app.include_router(room.router)
     schema.install(app, release())
     return app

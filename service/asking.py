@@ -8,6 +8,7 @@ from typing import Any
 from renderer.encode.image import FORMATS
 from renderer.errors import FieldProblem, InvalidRequest
 from renderer.request import FrameRequest
+from renderer.scene.images import image_library
 from service.settings import Limits
 
 DEFAULT_FORMAT = "png"
@@ -47,6 +48,7 @@ def frame_request(
         raise InvalidRequest((FieldProblem("", f"holds half of a surrogate pair: {error.object!a}"),)) from None
     if limits is not None:
         _refuse_too_many_pixels(frame, limits)
+    _refuse_unknown_images(frame)
     return frame
 
 
@@ -67,6 +69,19 @@ def _refuse_too_many_pixels(frame: FrameRequest, limits: Limits) -> None:
         message = f"{frame.width}×{frame.height} is {pixels} pixels; this server draws at most {limits.pixels}"
         bound = f"width * height <= {limits.pixels}"
         raise InvalidRequest((FieldProblem("width", message, frame.width, bound),))
+
+
+def _refuse_unknown_images(frame: FrameRequest) -> None:
+    library = image_library()
+    problems = []
+    for path, (name, kind) in frame.images().items():
+        found = library.kind_of(name)
+        if found != kind:
+            message = "no image here has this id: upload it" if found is None else f"this image is a {found}: upload it"
+            bound = f"the id that POST /v1/images (or `millpond image add`) gives for kind {kind}"
+            problems.append(FieldProblem(path, f"{message} with POST /v1/images, kind {kind}", name, bound))
+    if problems:
+        raise InvalidRequest(tuple(problems))
 
 
 def within(prefix: str, problems: Iterable[FieldProblem]) -> tuple[FieldProblem, ...]:

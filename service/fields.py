@@ -35,7 +35,7 @@ class FieldFacts:
             words.append(self.unit)
         if self.bound:
             words.append(self.bound)
-        if self.has_default and self.default is not None:
+        if self.has_default and self.default not in (None, []):
             words.append(f"default {_written(self.default)}")
         return ", ".join(words)
 

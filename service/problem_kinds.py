@@ -144,6 +144,14 @@ KINDS: Mapping[str, Kind] = {
             "Use a new key for a new job, and the same key only to repeat the same request.",
         ),
         Kind(
+            "missing-image",
+            422,
+            "An image of the request is not where it is drawn",
+            "The request names an uploaded image that was here when the request came, and is missing or damaged now, "
+            "or is not on the machine that draws.",
+            "Upload the image again with POST /v1/images; its id stays the same.",
+        ),
+        Kind(
             "too-large",
             413,
             "The body is too large",
@@ -162,7 +170,7 @@ KINDS: Mapping[str, Kind] = {
             415,
             "The body is not of a type that is read here",
             "The Content-Type of the body is not the one that this path reads.",
-            "Send JSON with 'Content-Type: application/json'.",
+            "Send JSON with 'Content-Type: application/json'; images go to /v1/images as 'multipart/form-data'.",
         ),
         Kind(
             "range-not-satisfiable",

@@ -14,7 +14,17 @@ from typing import Any
 from starlette.exceptions import HTTPException
 from starlette.responses import Response
 
-from renderer.errors import Cancelled, DeviceError, EncodeError, FieldProblem, InvalidRequest, NoDevice, SceneError
+from renderer.errors import (
+    Cancelled,
+    DeviceError,
+    EncodeError,
+    FieldProblem,
+    ImageLibraryFull,
+    InvalidRequest,
+    MissingImage,
+    NoDevice,
+    SceneError,
+)
 from service import errors
 from service.problem_kinds import KINDS
 
@@ -76,6 +86,8 @@ TABLE: Mapping[type[Exception], str] = {
     DeviceError: "render-failed",
     EncodeError: "render-failed",
     SceneError: "render-failed",
+    MissingImage: "missing-image",
+    ImageLibraryFull: "store-unavailable",
     Cancelled: "stopping",
     errors.WorkerDied: "renderer-crashed",
     errors.FrameTimedOut: "deadline",
@@ -95,7 +107,11 @@ TABLE: Mapping[type[Exception], str] = {
     errors.BadCursor: "invalid-request",
 }
 """The kind of problem of each exception; a subclass may have its own. What is not here is an internal error."""
-FIELDS: Mapping[type[Exception], str] = {errors.BadCursor: "cursor", errors.IdempotencyConflict: "Idempotency-Key"}
+FIELDS: Mapping[type[Exception], str] = {
+    errors.BadCursor: "cursor",
+    errors.IdempotencyConflict: "Idempotency-Key",
+    MissingImage: "",
+}
 """What an exception that stands for a 422 blames."""
 BY_STATUS: Mapping[int, str] = {404: "not-found", 405: "method-not-allowed"}
 """The kind of problem of the statuses that the router itself raises."""

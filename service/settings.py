@@ -74,6 +74,14 @@ class Limits(BaseModel):
     """Frames of one job."""
     body_bytes: int = Field(1_048_576, ge=1024)
     """Bytes of a JSON request body."""
+    image_bytes: int = Field(64 << 20, ge=1024, le=1 << 30)
+    """Bytes of an uploaded image's file."""
+    image_side: int = Field(8192, ge=1, le=8192)
+    """Width and height of an uploaded image, pixels."""
+    image_pixels: int = Field(8192 * 8192, ge=1, le=8192 * 8192)
+    """Pixels of an uploaded image, width times height."""
+    image_library_bytes: int = Field(4 << 30, ge=1024)
+    """Bytes of all uploaded images together; past them uploads are refused with 503."""
     url_bytes: int = Field(16_384, ge=1024, le=65_536)
     """Bytes of a request's path and query."""
     queue_seconds: float = Field(30.0, gt=0, allow_inf_nan=False)

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from renderer.blocks import Block
+from renderer.scene.images import ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Coordinate, Length
 
@@ -105,6 +106,10 @@ class Technique(Block):
     def is_displaced(self) -> bool:
         """Whether the surface leaves its plane, by the functions of ``shape``."""
         return False
+
+    def images(self) -> Mapping[str, ImageReference]:
+        """The users' images that the parameters name, by the parameter's dotted path."""
+        return {}
 
     def reach(self) -> tuple[float, float]:
         """The farthest that the water moves a map's coordinates, as fractions of the map: u, v."""

@@ -27,7 +27,7 @@ from .errors import (
 from .operations import UnknownJobState
 from .picture import Frame, Movie, Picture
 from .release import __version__
-from .shapes import Camera, FrameRequest, JobFacts, JobRequest, Turntable
+from .shapes import Camera, FrameRequest, ImageFacts, JobFacts, JobRequest, Turntable
 from .sync import Job, Millpond
 
 __all__ = [
@@ -42,6 +42,7 @@ __all__ = [
     "Frame",
     "FrameRequest",
     "Gone",
+    "ImageFacts",
     "InvalidRequest",
     "Job",
     "JobFacts",

@@ -16,8 +16,9 @@ from .errors import MillpondError
 from .exchange import Policy, Script
 from .picture import Frame, Movie, Picture
 from .progress import JobProgress
-from .shapes import FrameFacts, FrameRequest, JobFacts, JobRequest, Product, Turntable
+from .shapes import FrameFacts, FrameRequest, ImageFacts, ImageKind, JobFacts, JobRequest, Product, Turntable
 from .transport import run_async
+from .uploads import ImageSource
 
 T = TypeVar("T")
 Target = str | os.PathLike[str]
@@ -112,6 +113,14 @@ class AsyncMillpond:
     async def job(self, job_id: str) -> AsyncJob:
         """A job that was submitted before. Raises NotFound, and Gone for one that has expired."""
         return AsyncJob(self, await self.run(operations.job(self.policy, job_id)))
+
+    async def upload_image(self, source: ImageSource, kind: ImageKind) -> ImageFacts:
+        """Keep an image at the service; its ``id`` is what water names: ``water={"bias_map": image["id"]}``.
+
+        ``source`` is a path, a file's bytes, a PIL image, or an array: uint8 or uint16, (h, w) or (h, w, 1 to 4). What
+        is no file yet goes as PNG, uint16 with its 16 bits. The same image of the same kind has the same id.
+        """
+        return await self.run(operations.upload_image(self.policy, source, kind))
 
     async def info(self) -> dict[str, Any]:
         """Versions, driver, whether it draws in software, workers and caps."""

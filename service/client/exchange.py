@@ -39,7 +39,7 @@ class Call:
     path: str
     query: Mapping[str, str] = field(default_factory=dict)
     body: bytes | None = None
-    """JSON."""
+    """JSON, or a form."""
     headers: Mapping[str, str] = field(default_factory=dict)
     to: Path | None = None
     """The file that a successful answer's body goes to, instead of memory."""

@@ -15,7 +15,8 @@ import numpy as np
 
 from .errors import ConnectionFailed, JobFailed, MillpondError, TimedOut, Unavailable
 from .exchange import Call, Policy, Reply, Script, Sleep, ask
-from .shapes import ACTIVE, ENDED, FrameFacts, JobFacts
+from .shapes import ACTIVE, ENDED, FrameFacts, ImageFacts, JobFacts
+from .uploads import ImageSource, file_bytes, form
 
 Observer = Callable[[JobFacts], None]
 """Is shown a job each time that its state is known anew."""
@@ -121,6 +122,14 @@ def frame_name(index: int, suffix: str) -> str:
 def job_file(policy: Policy, job_id: str, name: str, to: Path | None = None) -> Script[Reply]:
     """A file of a job: ``frames/7.png``, ``result.mp4``, ``contact-sheet.png``."""
     return (yield from ask(Call("GET", f"{_path(job_id)}/{name}", to=to), policy))
+
+
+def upload_image(policy: Policy, source: ImageSource, kind: str) -> Script[ImageFacts]:
+    """Keep an image at the service; repeating it changes nothing."""
+    content_type, body = form({"kind": kind}, file_bytes(source))
+    call = Call("POST", "/v1/images", body=body, headers={"Content-Type": content_type})
+    found: ImageFacts = (yield from ask(call, policy)).json()
+    return found
 
 
 def info(policy: Policy) -> Script[dict[str, Any]]:

@@ -16,6 +16,8 @@ Vector = Sequence[float] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
 Color = Vector | str
 """Linear RGB, or ``"#rrggbb"`` in sRGB."""
 
+ImageKind = Literal["normal_map", "bias_map", "color_layer"]
+"""What an uploaded image is for."""
 ImageFormat = Literal["png", "jpeg", "webp"]
 Product = Literal["zip", "mp4"]
 JobState = Literal["queued", "running", "paused", "succeeded", "failed", "cancelled", "expired"]
@@ -139,6 +141,15 @@ class JobRequest(TypedDict, total=False):
     """Products to be made as soon as the frames are there; others are made when asked for."""
     priority: int
     order: Literal["sequential", "coarse_to_fine"]
+
+
+class ImageFacts(TypedDict):
+    """An uploaded image: ``id`` is what requests name."""
+
+    id: str
+    kind: ImageKind
+    width: int
+    height: int
 
 
 class Counts(TypedDict):

@@ -16,8 +16,9 @@ from .errors import MillpondError
 from .exchange import Policy, Script
 from .picture import Frame, Movie, Picture
 from .progress import JobProgress
-from .shapes import FrameFacts, FrameRequest, JobFacts, JobRequest, Product, Turntable
+from .shapes import FrameFacts, FrameRequest, ImageFacts, ImageKind, JobFacts, JobRequest, Product, Turntable
 from .transport import run
+from .uploads import ImageSource
 
 T = TypeVar("T")
 Target = str | os.PathLike[str]
@@ -114,6 +115,14 @@ class Millpond:
     def job(self, job_id: str) -> Job:
         """A job that was submitted before. Raises NotFound, and Gone for one that has expired."""
         return Job(self, self.run(operations.job(self.policy, job_id)))
+
+    def upload_image(self, source: ImageSource, kind: ImageKind) -> ImageFacts:
+        """Keep an image at the service; its ``id`` is what water names: ``water={"bias_map": image["id"]}``.
+
+        ``source`` is a path, a file's bytes, a PIL image, or an array: uint8 or uint16, (h, w) or (h, w, 1 to 4). What
+        is no file yet goes as PNG, uint16 with its 16 bits. The same image of the same kind has the same id.
+        """
+        return self.run(operations.upload_image(self.policy, source, kind))
 
     def info(self) -> dict[str, Any]:
         """Versions, driver, whether it draws in software, workers and caps."""

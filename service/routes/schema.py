@@ -10,6 +10,7 @@ from fastapi.openapi.utils import get_openapi
 
 from renderer.encode.image import FORMATS
 from renderer.request import FrameRequest
+from renderer.scene.image_files import KINDS as IMAGE_KINDS
 from renderer.trajectory import Turntable
 from service.asking import SUFFIXES
 from service.fields import FieldFacts, frame_fields
@@ -97,6 +98,43 @@ def body(model: str, example: Mapping[str, Any]) -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
+image_upload: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {
+            "multipart/form-data": {
+                "schema": {
+                    "type": "object",
+                    "required": ["file", "kind"],
+                    "additionalProperties": False,
+                    "properties": {
+                        "file": {"type": "string", "format": "binary", "description": "A PNG, JPEG or WebP image."},
+                        "kind": {"enum": list(IMAGE_KINDS), "description": "What the image is for."},
+                    },
+                },
+            },
+        },
+    },
+}
+image_answer: dict[str, Any] = {
+    "description": "The image: its id is what requests name.",
+    "content": {
+        "application/json": {
+            "schema": {
+                "type": "object",
+                "required": ["id", "kind", "width", "height"],
+                "properties": {
+                    "id": {"type": "string", "pattern": "^[0-9a-f]{64}$"},
+                    "kind": {"enum": list(IMAGE_KINDS)},
+                    "width": {"type": "integer", "minimum": 1},
+                    "height": {"type": "integer", "minimum": 1},
+                },
+            },
+        },
+    },
+}
+
+
 def answer(description: str, **schema: Any) -> dict[str, Any]:
     """A JSON answer."""
     content = {"application/json": {"schema": schema or {"type": "object"}}}
@@ -114,9 +152,19 @@ def _parameter(facts: FieldFacts) -> dict[str, Any]:
         "in": "query",
         "required": False,
         "description": f"{facts.description} ({facts.line()})".strip(),
-        "schema": dict(facts.schema),
+        "schema": _within_document(facts.schema),
         **({"style": "form", "explode": False} if facts.schema.get("type") == "array" else {}),
     }
+
+
+def _within_document(schema: Any) -> Any:
+    """A schema whose references lead to the document's components, not to a model's own definitions."""
+    if isinstance(schema, Mapping):
+        return {
+            name: REF.format(model=value.rsplit("/", 1)[-1]) if name == "$ref" else _within_document(value)
+            for name, value in schema.items()
+        }
+    return [_within_document(item) for item in schema] if isinstance(schema, list) else schema
 
 
 _IMAGES = binary(*dict.fromkeys(entry.media_type for entry in FORMATS.values()))

@@ -39,6 +39,9 @@ void main()
 #ifdef NEEDS_DEPTH
     point.depth = max(water_plane.level - texture(bed_map, vec2(point.plane_place.x, 1.0 - point.plane_place.y)).r, 0.0);
 #endif
+#ifdef NEEDS_DISTANCE
+    point.distance = distance_to_eye(position_world, view.eye, view.eye_reach);
+#endif
     WaterShade shade = shade_water(point);
 #if defined(SHOWS_WEIGHT)
     result = vec4(rounded_to_half(vec3(shade.reflection_weight)), 1.0);

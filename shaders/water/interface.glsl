@@ -12,6 +12,9 @@ struct WaterPoint
 #ifdef NEEDS_DEPTH
     float depth;             // of the water below, metres, >= 0
 #endif
+#ifdef NEEDS_DISTANCE
+    float distance;          // from the eye, metres
+#endif
 };
 
 struct WaterShade

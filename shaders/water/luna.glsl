@@ -5,6 +5,7 @@
 #include <Light>
 #include "water/interface.glsl"
 #include "lib/fresnel.glsl"
+#include "lib/layering.glsl"
 #include "lib/microfacet.glsl"
 #include "lib/normals.glsl"
 
@@ -12,6 +13,15 @@ uniform sampler2D normal_map_0;
 uniform sampler2D normal_map_1;
 uniform sampler2D reflection_map;
 uniform sampler2D refraction_map;
+#ifdef HAS_BIAS_MAP
+uniform sampler2D bias_map;
+#endif
+#ifdef HAS_COLOR_LAYERS
+uniform sampler2D color_layer_map_0;
+#endif
+#ifdef HAS_TWO_COLOR_LAYERS
+uniform sampler2D color_layer_map_1;
+#endif
 
 // Slope of one scrolling map. place: tiles; offset: now and one period earlier, tiles.
 vec2 scrolled_slope(sampler2D map, vec2 place, vec4 offset, float earlier)
@@ -48,6 +58,35 @@ vec2 rippled(vec2 place, vec3 n)
     return vec2(place.x + shift.x, place.y - shift.y);
 }
 
+// Luna 2006, section 4: how much is refracted. n: the rippled normal.
+float luna_weight(WaterPoint point, vec3 n)
+{
+#ifdef HAS_BIAS_MAP
+    float bias = texture(bias_map, point.plane_place).r;
+#else
+    float bias = luna.refraction_bias;
+#endif
+    float weight = luna_refraction_weight(dot(n, point.view), bias, luna.refraction_power);
+#ifdef NEEDS_DEPTH
+    weight *= refraction_weight_left(luna.depth_fade, point.depth);
+#endif
+#ifdef NEEDS_DISTANCE
+    weight *= refraction_weight_left(luna.distance_fade, point.distance);
+#endif
+    return weight;
+}
+
+// Luna 2006, section 2.3: the refracted light behind one layer of impurities. place: metres; look: tile in metres,
+// opacity, and the weight of the earlier phase.
+vec3 behind_layer(vec3 refracted, sampler2D map, vec2 place, vec4 offset, vec4 look)
+{
+    vec4 layer = texture(map, place / look.x - offset.xy);
+#ifdef TWO_PHASES
+    layer = mix(layer, texture(map, place / look.x - offset.zw), look.z);
+#endif
+    return layered(refracted, layer, look.y);
+}
+
 WaterShade shade_water(WaterPoint point)
 {
     vec3 n = luna_normal(point.position.xz);
@@ -68,7 +107,14 @@ WaterShade shade_water(WaterPoint point)
     }
     vec3 reflected = texture(reflection_map, reflection_place).rgb;
 
-    float weight = luna_refraction_weight(dot(n, point.view), luna.refraction_bias, luna.refraction_power);
+#ifdef HAS_COLOR_LAYERS
+    refracted.rgb = behind_layer(refracted.rgb, color_layer_map_0, point.position.xz, luna_scroll.layer_offset_0, luna_scroll.layer_look_0);
+#endif
+#ifdef HAS_TWO_COLOR_LAYERS
+    refracted.rgb = behind_layer(refracted.rgb, color_layer_map_1, point.position.xz, luna_scroll.layer_offset_1, luna_scroll.layer_look_1);
+#endif
+
+    float weight = luna_weight(point, n);
     vec3 blend = mix(reflected, refracted.rgb, weight);
 
     float sun = max(light.sun_radiance.r, max(light.sun_radiance.g, light.sun_radiance.b)) > 0.0 ? 1.0 : 0.0;

@@ -12,3 +12,8 @@ def luna_reflection_weight(cosine: ArrayLike, bias: ArrayLike, power: ArrayLike)
     with np.errstate(divide="ignore"):
         raised = np.where(facing > 0, np.exp(np.asarray(power, np.float64) * np.log(facing)), 0.0)
     return np.asarray(1.0 - np.clip(np.asarray(bias, np.float64) + raised, 0.0, 1.0))
+
+
+def refraction_weight_left(rate: ArrayLike, way: ArrayLike) -> NDArray[np.float64]:
+    """What a way in metres leaves of the refraction's share: each metre takes the same part, e to the minus rate."""
+    return np.asarray(np.e ** -np.multiply(rate, way, dtype=np.float64))

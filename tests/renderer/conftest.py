@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 from renderer.pipeline import Renderer
+from renderer.scene.images import ImageLibrary, image_library
 from tests.renderer.drawing import shared_renderer
 from tests.renderer.world import registered
 
@@ -22,3 +24,10 @@ def world() -> Iterator[None]:
     """The small scene ``test`` stands in the catalogue."""
     with registered():
         yield
+
+
+@pytest.fixture
+def images(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ImageLibrary:
+    """This user's library of images, empty."""
+    monkeypatch.setenv("MILLPOND_CACHE", str(tmp_path / "cache"))
+    return image_library()
