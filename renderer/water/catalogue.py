@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from renderer.naming import one_of
+from renderer.water.lake import Lake
+from renderer.water.lake_edges import LakeEdges
 from renderer.water.luna import Luna
 from renderer.water.technique import Technique
 
-TECHNIQUES: dict[str, type[Technique]] = {"luna": Luna}
+TECHNIQUES: dict[str, type[Technique]] = {"luna": Luna, "lake": Lake, "lake_edges": LakeEdges}
 DEFAULT = "luna"
 
 if TYPE_CHECKING:
