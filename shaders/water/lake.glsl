@@ -30,13 +30,15 @@ WaterShade shade_water(WaterPoint point)
     vec4 refracted = texture(refraction_map, lake_moved(point.refraction_place, perturbation));
     bool leaks = false;
 #ifndef IS_ENCODED
-    // A wave that looks past the water's edge, at something that stands in the air, would draw that thing onto the
-    // water: there both maps are read where they lie.
-    leaks = refracted.a < 0.5;
-    if (leaks)
+    // A wave that looks past the water's edge, at something that stands in the air, would draw that thing or the hole
+    // behind it onto the water: there both maps are read where they lie. Over no ground at all the reflection has no such
+    // edge.
+    if (refracted.a < 0.5)
     {
         refracted = texture(refraction_map, point.refraction_place);
-        reflection_place = point.reflection_place;
+        leaks = refracted.a >= 0.5;
+        if (leaks)
+            reflection_place = point.reflection_place;
     }
 #endif
     vec3 reflected = texture(reflection_map, reflection_place).rgb;

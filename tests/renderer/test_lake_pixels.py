@@ -73,7 +73,8 @@ def shaded(pixels: NDArray[np.int_], dump: Dump, water: dict[str, Any]) -> Float
     if not is_encoded and not is_edges:
         leaks = refracted[:, 3:] < 0.5
         still = [read_map(dump, name, place, 0 * shift) for name in ("reflection", "refraction")]
-        reflected, refracted = (np.where(leaks, b, a) for a, b in zip((reflected, refracted), still, strict=True))
+        reflected = np.where(leaks & (still[1][:, 3:] >= 0.5), still[0], reflected)
+        refracted = np.where(leaks, still[1], refracted)
     share = lake.weight(water["fresnel_mode"], eye[:, 1], water["draw_mode"], has_third=not is_edges)
     combined = lake.blended(refracted[:, :3], reflected[:, :3], share)
     t = lake.highlight(lake.in_document(eye), shift, water["spec_perturb"], water["spec_power"], lake.LIGHT)

@@ -89,9 +89,7 @@ def test_the_bump_map_is_turned_divided_and_then_moved(degrees: float) -> None:
     plane = np.random.default_rng(2).uniform(size=(300, 2))
     a = np.radians(degrees)
     offset = [0.0, 2.5 * 1000 / 100000 * 20]
-    place = shader(
-        "lake_bump_place(p, t, l, o)", "vec2", p=plane, t=[[np.cos(a), np.sin(a)]], l=0.3, o=[offset]
-    )
+    place = shader("lake_bump_place(p, t, l, o)", "vec2", p=plane, t=[[np.cos(a), np.sin(a)]], l=0.3, o=[offset])
 
     assert np.abs(place - lake.bump_place(plane, degrees, 0.3, 2500.0, 20.0)).max() < 1e-5
 
@@ -102,9 +100,7 @@ def test_the_highlight_is_the_power_of_the_bent_half_vector(perturb: float, powe
     view[:200] = light[:200] * [-1, 1, -1] + 0.02 * view[:200]  # near the mirrored light, where there is something
     view = lake.unit(view)
     shift = lake.perturbation(lake.in_document(n), 0.07)
-    t = shader(
-        "lake_highlight(v, l, vec3(0.0, 1.0, 0.0), s, k, p)", v=view, l=light, s=shift, k=perturb, p=power
-    )
+    t = shader("lake_highlight(v, l, vec3(0.0, 1.0, 0.0), s, k, p)", v=view, l=light, s=shift, k=perturb, p=power)
     expected = lake.highlight(lake.in_document(view), shift, perturb, power, lake.in_document(light))
 
     assert expected.max() > 0.3
