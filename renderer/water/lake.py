@@ -7,8 +7,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from renderer.units import Color, Length, Unit, linear_from_srgb
-from renderer.water.lake_waves import MAP_SIZE, LakeWaves
+from renderer.units import Color, Length, Unit
+from renderer.water.lake_waves import MAP_SIZE, LakeWaves, from_display
 from renderer.water.technique import MapSpec
 
 ELEVATION = 5.0
@@ -29,7 +29,7 @@ class Lake(LakeWaves):
     technique: Literal["lake"] = "lake"
     dull_blend_factor: Unit = Field(0.2)
     """xdullBlendFactor: share of the dull colour over the blended maps, below the highlight; 0 is none."""
-    dull_color: Color = tuple(linear_from_srgb(c) for c in (0.1, 0.1, 0.2))  # type: ignore[assignment]
+    dull_color: Color = from_display(0.1, 0.1, 0.2)
     """Colour that dulls the water; the document's (.1, .1, .2) as displayed."""
     refraction_clip_bias: Length | None = Field(None, ge=-100.0, le=100.0)
     """How far above the water things still enter the refraction map; null is everything, or 5 m as published."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -24,12 +24,17 @@ MAP_SIZE = (512, 512)
 """Pixels of the document's maps, whatever the picture's size."""
 
 
+def from_display(red: float, green: float, blue: float) -> tuple[float, float, float]:
+    """A displayed colour as linear light."""
+    return linear_from_srgb(red), linear_from_srgb(green), linear_from_srgb(blue)
+
+
 class LakeWaves(PublishedTechnique):
     """Flat water whose waves are one bump map, moved by the wind (Habib 2009).
 
     The documents' world has z upwards; their (x, y, z) is our (x, z, -y). Their texture coordinates on the plane are
-    ours: u along x, v along z. They state no numbers for what a user sets. The defaults are those of the published demo,
-    but for ``spec_perturb``: the demo's 4 makes one large spot over our bump map, whose slopes are gentle.
+    ours: u along x, v along z. They state no numbers for what a user sets. The defaults are those of the published
+    demo, but for ``spec_perturb``: the demo's 4 makes one large spot over our bump map, whose slopes are gentle.
     """
 
     fresnel_mode: Literal[0, 1, 2] = 1
@@ -45,10 +50,10 @@ class LakeWaves(PublishedTechnique):
     wind_direction: Angle = Field(90.0, ge=-360.0, le=360.0)
     """Turn of the waves about the plane's corner (x0, z0), from x to z; at 0 they run towards -z, at 90 towards -x."""
     spec_power: Number = Field(364.0, gt=0.0, le=1e4)
-    """specPower: exponent of the highlight's weight, which counts twice (colour and alpha): the lobe has 2 spec_power."""
+    """specPower: exponent of the highlight's weight, which counts twice, in colour and alpha: the lobe has twice it."""
     spec_perturb: Number = Field(40.0, ge=0.0, le=1e4)
     """specPerturb: factor by which the waves' shift turns the highlight's half vector; 0 is a round highlight."""
-    spec_color: Color = tuple(linear_from_srgb(c) for c in (0.98, 0.97, 0.7))  # type: ignore[assignment]
+    spec_color: Color = from_display(0.98, 0.97, 0.7)
     """Colour of the highlight; the documents' (.98, .97, .7) as displayed."""
     spec_alpha: Unit = 0.6
     """Opacity of the highlight; 0 is no highlight."""

@@ -134,7 +134,7 @@ class Sampler:
 
 
 def mirrored_view(eye: ArrayLike, target: ArrayLike, side: ArrayLike, level: float) -> Floats:
-    """The view matrix (4, 4) of the mirrored camera, on column vectors: eye and target mirrored, the side vector not."""
+    """The view matrix (4, 4) of the mirrored camera, for columns: eye and target mirrored, the side vector not."""
     e, t = (np.asarray(v, np.float64) * [1, 1, -1] + [0, 0, 2 * level] for v in (eye, target))
     up = np.cross(np.asarray(side, np.float64), t - e)
     back = unit(e - t)

@@ -32,7 +32,7 @@ class Dump:
 def values(target: Target) -> Floats:
     """A target's pixels, bytes as 0..1."""
     pixels = target.read()[::-1]
-    return pixels / 255.0 if pixels.dtype == np.uint8 else pixels.astype(np.float64)
+    return pixels.astype(np.float64) / (255.0 if pixels.dtype == np.uint8 else 1.0)
 
 
 def dumped(**fields: Any) -> tuple[Frame, Dump]:

@@ -60,8 +60,7 @@ def test_the_documents_mirrored_camera_is_its_recipe_and_by_default_the_true_mir
     camera = asked(camera={"position": [7.0, 3.2, 9.0], "yaw": 38.0, "pitch": -14.0, "roll": 22.0}).view()
     pose = camera.world_from_camera
     eye, forward, side = pose[:3, 3], -pose[:3, 2], pose[:3, 0]
-    in_document = [lake.in_document(v) for v in (eye, eye + forward, side)]
-    recipe = lake.mirrored_view(*in_document, level=LEVEL)
+    recipe = lake.mirrored_view(lake.in_document(eye), lake.in_document(eye + forward), lake.in_document(side), LEVEL)
     spec = Lake(as_published=True).maps()["reflection"]
     made = np.linalg.inv(map_look(spec, camera, LEVEL).camera.world_from_camera)
     place = np.random.default_rng(1).normal(size=(20, 3))
@@ -128,7 +127,7 @@ def test_maps_are_cleared_to_the_colour_that_is_asked_for() -> None:
     assert np.abs(night.astype(int) - [255, 128, 0]).max() <= 1
 
 
-# ------------------------------------------------------------------------------- K14 to K19, E8: the weight at every pixel
+# ---------------------------------------------------------------------------- K14 to K19, E8: the weight at every pixel
 
 
 def weight_error(technique: str, mode: int, draw_mode: float, camera: dict[str, Any]) -> float:

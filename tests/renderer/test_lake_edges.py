@@ -84,7 +84,7 @@ def test_higher_waves_cut_off_more() -> None:
 def keyed(value: float, **fields: Any) -> float:
     """The validity that a place of a map has where it shows one displayed grey, drawn in full."""
     water = LakeEdges(**fields)
-    held = value if water.as_published else float(linear(np.array([255 * value]))[0])  # type: ignore[arg-type]
+    held = value if water.as_published else float(linear(np.array([255 * value]))[0])
     image = np.full((4, 4, 4), held, np.float32)
     image[..., 3] = 1.0
     grey = upload(shared_renderer().device, Texture(f"grey {held}", image))
@@ -184,7 +184,7 @@ def test_every_fresnel_mode_but_the_second_is_the_first() -> None:
     assert furthest(shown[0], shown[1]) > 10
 
 
-# ------------------------------------------------------------------------------------------------ what may be asked of it
+# ---------------------------------------------------------------------------------------------- what may be asked of it
 
 OTHER: dict[str, Any] = {
     "key": "alpha",

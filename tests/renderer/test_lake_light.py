@@ -51,7 +51,7 @@ def test_as_published_the_dull_colour_is_mixed_in_as_displayed(factor: float) ->
 
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.0])
 def test_by_default_the_dull_colour_is_mixed_in_as_light(factor: float) -> None:
-    dull = linear(np.rint(255 * np.array(lake.DULL) * 100) / 100)  # type: ignore[arg-type]
+    dull = linear(255 * np.array(lake.DULL))
     combined = linear(picture(camera=STEEP, water=BARE))
     shown = picture(camera=STEEP, water={**BARE, "dull_blend_factor": factor})
     expected = 255 * tonemap.srgb(lake.dulled(combined, factor, dull))
@@ -122,7 +122,7 @@ def test_the_highlight_stands_39_degrees_high_and_ignores_the_sun() -> None:
 def test_the_highlight_is_added_after_the_dull_colour() -> None:
     dark = {"dull_color": [0.0, 0.0, 0.0], "dull_blend_factor": 1.0}
 
-    assert furthest(*(np.uint8(255 * glint(364.0, as_published=True, **more)) for more in ({}, dark))) == 0
+    assert np.array_equal(glint(364.0, as_published=True), glint(364.0, as_published=True, **dark))
 
 
 def test_a_highlight_that_dulls_is_caught() -> None:
@@ -209,7 +209,7 @@ def metric(name: str, value: float) -> float:
 
 
 def lake_dull() -> Floats:
-    return ((np.maximum(np.array(lake.DULL), 0.05) + 0.055) / 1.055) ** 2.4
+    return linear(255 * np.array(lake.DULL))
 
 
 @pytest.mark.parametrize(

@@ -109,12 +109,12 @@ def test_the_highlight_is_the_power_of_the_bent_half_vector(perturb: float, powe
 
 def test_no_eye_and_no_light_makes_the_highlight_less_than_nothing() -> None:
     rng = np.random.default_rng(6)
-    v, l, up = (lake.unit(rng.normal(size=(2000, 3))) for _ in range(3))
-    t = shader("lake_highlight(v, l, u, s, 40.0, 3.0)", v=v, l=l, u=up, s=rng.normal(size=(2000, 2)))
+    view, light, up = (lake.unit(rng.normal(size=(2000, 3))) for _ in range(3))
+    t = shader("lake_highlight(v, l, u, s, 40.0, 3.0)", v=view, l=light, u=up, s=rng.normal(size=(2000, 2)))
 
     assert np.isfinite(t).all()
     assert t.min() == 0
-    assert (t[(l * up).sum(axis=1) < 0] == 0).all()
+    assert (t[(light * up).sum(axis=1) < 0] == 0).all()
 
 
 def test_the_power_of_a_negative_cosine_is_no_number() -> None:
