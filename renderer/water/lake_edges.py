@@ -34,7 +34,7 @@ class LakeEdges(LakeWaves):
     key: Literal["color", "alpha"] = "color"
     """How a place of a map that shows nothing is told: by its colour (as the document does), or by what was drawn."""
     key_threshold: Number = Field(0.1, ge=0.0, le=3.0)
-    """A place shows nothing where its red, green and blue, as displayed, differ from the clear colour by less in sum."""
+    """A place shows nothing where its red, green and blue, as displayed, are off the clear colour by less in sum."""
 
     def maps(self) -> Mapping[str, MapSpec]:
         """The mirrored scene with its sky, and what lies under the water, cut exactly at it and without sky.

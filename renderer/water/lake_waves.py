@@ -51,7 +51,7 @@ class LakeWaves(PublishedTechnique):
     """Turn of the waves about the plane's corner (x0, z0), from x to z; at 0 they run towards -z, at 90 towards -x."""
     spec_power: Number = Field(364.0, gt=0.0, le=1e4)
     """specPower: exponent of the highlight's weight, which counts twice, in colour and alpha: the lobe has twice it."""
-    spec_perturb: Number = Field(40.0, ge=0.0, le=1e4)
+    spec_perturb: Number = Field(25.0, ge=0.0, le=1e4)
     """specPerturb: factor by which the waves' shift turns the highlight's half vector; 0 is a round highlight."""
     spec_color: Color = from_display(0.98, 0.97, 0.7)
     """Colour of the highlight; the documents' (.98, .97, .7) as displayed."""

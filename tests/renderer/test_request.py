@@ -16,6 +16,7 @@ from renderer.errors import FieldProblem, InvalidRequest
 from renderer.request import FrameRequest
 from renderer.scene.catalogue import SCENES
 from renderer.scene.sky import ConstantSky
+from renderer.water.catalogue import TECHNIQUES
 from tests.renderer.asking import Fields, frames, noise
 from tests.renderer.world import COPY, DRY, EMPTY, EXTENTS, LEVEL, NAME, OWN, STILL
 
@@ -184,8 +185,8 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"camera": None}, "camera", None),
         ({"scene": "pnd"}, "scene", f"one of pond, {NAME}, {STILL}, {COPY}, {EMPTY}"),
         ({"scene": 7}, "scene", None),
-        ({"water": "lunna"}, "water", "one of luna"),
-        ({"water": {"technique": "lunna", "ripple_height": 3}}, "water", "one of luna"),
+        ({"water": "lunna"}, "water", f"one of {', '.join(TECHNIQUES)}"),
+        ({"water": {"technique": "lunna", "ripple_height": 3}}, "water", f"one of {', '.join(TECHNIQUES)}"),
         ({"water": {"refraction_bias": 9}}, "water.refraction_bias", "<= 1.0"),
         ({"water": {"refraction_bias": -1.5}}, "water.refraction_bias", ">= -1.0"),
         ({"water": {"refraction_power": 0}}, "water.refraction_power", "> 0.0"),

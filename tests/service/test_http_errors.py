@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 import httpx
 import pytest
 
+from renderer.water.catalogue import TECHNIQUES
 from service.problem_kinds import KINDS
 from tests.service.conftest import Server
 
@@ -66,7 +67,7 @@ BAD_BODIES: list[tuple[str, dict[str, Any]]] = [
         {"path": "camera.up", "value": [0, 1, 0]},
     ),
     ('{"scene": "pnd"}', {"path": "scene", "value": "pnd", "bound": "one of pond"}),
-    ('{"water": "lunar"}', {"path": "water", "value": "lunar", "bound": "one of luna"}),
+    ('{"water": "lunar"}', {"path": "water", "value": "lunar", "bound": f"one of {', '.join(TECHNIQUES)}"}),
     ('{"format": "gif"}', {"path": "format", "value": "gif"}),
     ('{"time": 1, "time": 2}', {"path": "time"}),
     ('{"water": {"technique": "luna", "tile_0": 1, "tile_0": 2}}', {"path": "water.tile_0"}),
