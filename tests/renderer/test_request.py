@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from renderer import request as request_module
 from renderer.errors import FieldProblem, InvalidRequest
-from renderer.request import FrameRequest
+from renderer.request import LAYERS, FrameRequest
 from renderer.scene.catalogue import SCENES
 from renderer.scene.sky import ConstantSky
 from renderer.water.catalogue import TECHNIQUES
@@ -203,17 +203,17 @@ NAN, INFINITY = float("nan"), float("inf")
         (
             {"layers": ["color", "water_mask"]},
             "layers",
-            "one of color, reflection_map, refraction_map, reflection_weight, perturbation, validity, water_mask",
+            "one of " + ", ".join(LAYERS),
         ),
         (
             {"layers": []},
             "layers",
-            "one of color, reflection_map, refraction_map, reflection_weight, perturbation, validity, water_mask",
+            "one of " + ", ".join(LAYERS),
         ),
         (
             {"layers": ["colour"]},
             "layers.0",
-            "'color', 'reflection_map', 'refraction_map', 'reflection_weight', 'perturbation', 'validity' or 'water_mask'",
+            ", ".join(f"'{name}'" for name in LAYERS[:-1]) + f" or '{LAYERS[-1]}'",
         ),
         ({"tonemap": "filmic"}, "tonemap.operator", "'none', 'reinhard', 'aces' or 'agx'"),
         ({"format": "bmp"}, "format", "'png', 'jpeg' or 'webp'"),
