@@ -78,7 +78,7 @@ class WaterPass:
                 *(("NEEDS_DEPTH",) if bed else ()),
             ),
             blocks=(ViewBlock, LightBlock, *(type(block) for block in blocks)),
-            aliases={"technique": water.shader, "shape": water.shape or STILL},
+            aliases={"technique": water.shader, "shape": (water.shape if water.is_displaced else None) or STILL},
         )
         for block in blocks:
             self._bind(block)

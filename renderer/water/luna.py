@@ -13,9 +13,9 @@ from renderer.scene.material import Texture
 from renderer.units import Color, Length, Number, Unit, Vec2, Vec4, as_tuple
 from renderer.water.image_maps import image_texture
 from renderer.water.impurities import ColorLayer, NamedLayer, image_name
-from renderer.water.normal_maps import ripple_slopes
+from renderer.water.normal_maps import ripple_heights, ripple_slopes
 from renderer.water.scroll import Scroll
-from renderer.water.technique import MapSpec, Technique
+from renderer.water.technique import MapSpec, PublishedTechnique
 
 RIPPLES = "ripples"
 MOST_LAYERS = 2
@@ -25,13 +25,14 @@ def _as_layers(value: Any) -> Any:
     return (value,) if isinstance(value, str) else as_tuple(value)
 
 
-class Luna(Technique):
+class Luna(PublishedTechnique):
     """Pond water: two scrolling normal maps, biased power Fresnel (Luna 2006, sections 2-4).
 
     The document states no numbers; the defaults are those of its published demo.
     """
 
     shader: ClassVar = "water/luna.glsl"
+    shape: ClassVar = "water/luna_shape.glsl"
     title: ClassVar = "Pond water (Luna)"
     source: ClassVar = "Luna 2006"
 
@@ -65,6 +66,9 @@ class Luna(Technique):
     """Scroll of the second normal map along x and z, tiles per second."""
     ripple_height: Number = Field(1.0, ge=0.0, le=8.0)
     """Factor on the slopes of both normal maps; 0 is flat."""
+    displacement: Number = Field(0.0, ge=0.0, le=8.0)
+    """Factor on the height of the ripples in the surface (section 5: displacement): 1 lifts the geometry as its
+    `ripples` tilt it, 0 leaves it plane. An uploaded `normal_map` has no heights, and leaves it plane."""
     material_ambient: Color = (0.4, 0.4, 0.4)
     """gMtrl.ambient: what the ambient light is multiplied by, with the blended maps (section 4)."""
     material_diffuse: Color = (1.0, 1.0, 1.0)
@@ -83,8 +87,8 @@ class Luna(Technique):
     def maps(self) -> Mapping[str, MapSpec]:
         """The mirrored scene above the water, and the whole scene seen through it (sections 2.1, 2.2)."""
         return {
-            "reflection": MapSpec(camera="mirror", clip="above", clear=(1.0, 1.0, 1.0, 0.0)),
-            "refraction": MapSpec(camera="direct"),
+            "reflection": self.published(MapSpec(camera="mirror", clip="above", clear=(1.0, 1.0, 1.0, 0.0))),
+            "refraction": self.published(MapSpec(camera="direct")),
         }
 
     def reach(self) -> tuple[float, float]:
@@ -95,6 +99,11 @@ class Luna(Technique):
     def needs_depth(self) -> bool:
         """Only the fade by depth reads it."""
         return self.depth_fade > 0
+
+    @property
+    def is_displaced(self) -> bool:
+        """Where there are heights, and any height is asked for."""
+        return self.displacement * self.ripple_height > 0 and self.normal_map == RIPPLES
 
     def images(self) -> Mapping[str, ImageReference]:
         """The normal map, the bias map and the layers that are users' images."""
@@ -131,6 +140,7 @@ class Luna(Technique):
             "NEEDS_DISTANCE": self.distance_fade > 0,
             "HAS_COLOR_LAYERS": len(layers) > 0,
             "HAS_TWO_COLOR_LAYERS": len(layers) > 1,
+            "READS_LEAKS": self.as_published,
         }
         return tuple(name for name, is_set in flags.items() if is_set)
 
@@ -139,6 +149,8 @@ class Luna(Technique):
         normal, bias = self._normal_image(), self._bias_image()
         slopes = [ripple_slopes(seed * 2 + i) if normal is None else image_texture(normal) for i in range(2)]
         textures = {f"normal_map_{number}": texture for number, texture in enumerate(slopes)}
+        if self.is_displaced:
+            textures |= {f"height_map_{number}": ripple_heights(seed * 2 + number) for number in range(2)}
         if bias is not None:
             textures["bias_map"] = image_texture(bias)
         layers = enumerate(self._visible_layers())

@@ -96,6 +96,7 @@ WaterShade shade_water(WaterPoint point)
     vec4 refracted = texture(refraction_map, rippled(point.refraction_place, n));
     vec2 reflection_place = rippled(point.reflection_place, n);
     bool leaks = refracted.a < 0.5;
+#ifndef READS_LEAKS
     if (leaks)
     {
 #ifdef REFRACTION_IS_ALIGNED
@@ -105,6 +106,7 @@ WaterShade shade_water(WaterPoint point)
 #endif
         reflection_place = point.reflection_place;
     }
+#endif
     vec3 reflected = texture(reflection_map, reflection_place).rgb;
 
 #ifdef HAS_COLOR_LAYERS

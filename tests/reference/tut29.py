@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
+
+from tests.reference.sampling import Sampler
 
 Floats = NDArray[np.float64]
 Place = tuple[float, float]
@@ -27,23 +28,9 @@ def summed_translation(frame: int) -> float:
     return float(total)
 
 
-def sampled(texels: Floats, place: Place, *, wraps: bool) -> Floats:
-    """A bilinear sample of (rows, columns, channels). place: u along the columns, v along the rows, 0..1."""
-    rows, columns, _ = texels.shape
-    x, y = place[0] * columns - 0.5, place[1] * rows - 0.5
-    left, low = floor(x), floor(y)
-    total = np.zeros(texels.shape[2])
-    for row, across in ((low, 1 - (y - low)), (low + 1, y - low)):
-        for column, along in ((left, 1 - (x - left)), (left + 1, x - left)):
-            i = row % rows if wraps else min(max(row, 0), rows - 1)
-            j = column % columns if wraps else min(max(column, 0), columns - 1)
-            total += across * along * texels[i, j]
-    return total
-
-
 def normal(texels: Floats, place: Place, tiling: float, frame: int) -> Place:
     """The x and y of the normal. place: 0..1 over the water."""
-    c = sampled(texels, (place[0] * tiling, place[1] * tiling + translation(frame)), wraps=True)
+    c = Sampler(texels, "repeat").read([(place[0] * tiling, place[1] * tiling + translation(frame))])[0]
     return 2 * float(c[0]) - 1, 2 * float(c[1]) - 1
 
 

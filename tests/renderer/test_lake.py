@@ -18,6 +18,7 @@ from renderer.scene.material import Texture
 from renderer.water.lake import Lake
 from renderer.water.lake_edges import LakeEdges
 from tests.reference import lake, normals, tonemap
+from tests.reference.sampling import Sampler
 from tests.renderer.drawing import (
     GRAZING,
     PLAIN,
@@ -190,7 +191,7 @@ def shifted(plain: NDArray[np.uint8], right: float, down: float) -> Floats:
     height, width, _ = plain.shape
     y, x = np.mgrid[0:height, 0:width].reshape(2, -1)
     place = np.stack([(x + 0.5 + right) / width, (y + 0.5 + down) / height], axis=-1)
-    return lake.Sampler(linear(plain)).read(place).reshape(plain.shape)
+    return Sampler(linear(plain)).read(place).reshape(plain.shape)
 
 
 def shift_error(water: dict[str, Any], layer: str, shift: Floats, wave_height: float) -> float:
@@ -274,7 +275,7 @@ def border_error(water: dict[str, Any], slope: Floats) -> float:
     move = 0.2 * slope[:2] * SIZE
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].reshape(2, -1)
     place = np.stack([(x + 0.5 + move[0]) / SIZE[0], (y + 0.5 + move[1]) / SIZE[1]], axis=-1)
-    expected = lake.Sampler(plain).read(place).reshape(plain.shape)
+    expected = Sampler(plain).read(place).reshape(plain.shape)
     side = np.s_[10:-10, -8:] if move[0] > 0 else np.s_[10:-10, :8]
     return float(np.abs(shown - expected)[side].mean())
 

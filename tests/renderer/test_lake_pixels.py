@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from renderer.scene.material import Texture
 from tests.reference import lake, normals, projection, tonemap
+from tests.reference.sampling import Sampler
 from tests.renderer.drawing import STEEP, broken_shaders, mask
 from tests.renderer.dumping import Dump, dumped, points
 from tests.renderer.world import EXTENTS
@@ -53,7 +54,7 @@ def shift_of(place: Floats, water: dict[str, Any]) -> Floats:
     x0, x1, z0, z1 = EXTENTS
     plane = (place[:, [0, 2]] - [x0, z0]) / [x1 - x0, z1 - z0]
     read = lake.bump_place(plane, water["wind_direction"], water["wave_length"], 1000 * TIME, water["wind_force"])
-    bumps = lake.Sampler(SLOPES.astype(np.float64), "mirror" if water["as_published"] else "repeat")
+    bumps = Sampler(SLOPES.astype(np.float64), "mirror" if water["as_published"] else "repeat")
     return lake.perturbation(lake.in_document(normals.of_slope(bumps.read(read))), water["wave_height"])
 
 
@@ -61,7 +62,7 @@ def read_map(dump: Dump, name: str, place: Floats, shift: Floats) -> Floats:
     """A map at points of the water, by its own projection, shifted; v downwards."""
     clip = np.c_[place, np.ones(len(place))] @ dump.projections[name].T
     u, v = projection.map_place(clip).T
-    return lake.Sampler(dump.maps[name]).read(np.stack([u, 1 - v], axis=-1) + shift)
+    return Sampler(dump.maps[name]).read(np.stack([u, 1 - v], axis=-1) + shift)
 
 
 def shaded(pixels: NDArray[np.int_], dump: Dump, water: dict[str, Any]) -> Floats:

@@ -17,6 +17,7 @@ from renderer.scene.material import Texture
 from renderer.water import tut29
 from renderer.water.tut29 import Tut29
 from tests.reference import tut29 as twin
+from tests.reference.sampling import Sampler
 from tests.reference.tonemap import srgb
 from tests.renderer import drawing
 from tests.renderer.drawing import (
@@ -82,7 +83,7 @@ def shader_error(water: dict[str, Any], camera: dict[str, Any], frame: int = 700
             # The document's reflection stands upside down against that of a true mirror.
             is_upside_down = name == "reflection" and spec.camera == "mirror"
             u, v = twin.moved((at[0], 1 - at[1] if is_upside_down else at[1]), n, technique.reflect_refract_scale)
-            light[name] = twin.sampled(maps[name], (u, v if is_upside_down else 1 - v), wraps=spec.wrap == "repeat")
+            light[name] = Sampler(maps[name], spec.wrap).read([(u, v if is_upside_down else 1 - v)])[0]
         if light["refraction"][3] < 0.55 and not technique.as_published:
             continue  # a ripple that looks past the water's edge: see below
         result = twin.blended(light["reflection"][:3], light["refraction"][:3], technique.blend)
