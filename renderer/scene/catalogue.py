@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from renderer.scene.entry import SceneEntry
+from renderer.scene.lake import ENTRY as LAKE
 from renderer.scene.pond import ENTRY as POND
 
-SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND,)}
+SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND, LAKE)}
 DEFAULT = "pond"
