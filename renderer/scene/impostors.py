@@ -32,12 +32,20 @@ class Album:
     wide: Mapping[str, float]
     """Width of each card over its height."""
 
-    def at(self, name: str) -> Array:
-        """Texture coordinates (8, 2) of a portrait's octagon."""
+    def outline(self, name: str, *, is_box: bool) -> Array:
+        """The octagon (8, 2) round a portrait, or the box (4, 2) round that."""
+        hull = self.hulls[name]
+        if not is_box:
+            return hull
+        (low_s, low_t), (high_s, high_t) = hull.min(axis=0), hull.max(axis=0)
+        return np.array([[low_s, low_t], [high_s, low_t], [high_s, high_t], [low_s, high_t]])
+
+    def at(self, name: str, outline: Array) -> Array:
+        """Texture coordinates (k, 2) of cell coordinates."""
         rows = self.texture.image.shape[0] * self.columns // self.texture.image.shape[1]
         row, column = divmod(self.cells[name], self.columns)
         inset = 0.5 * self.columns / self.texture.image.shape[1]
-        s, t = np.clip(self.hulls[name], inset, 1 - inset).T
+        s, t = np.clip(outline, inset, 1 - inset).T
         return np.stack([(column + s) / self.columns, (row + 1 - t) / rows], axis=-1)
 
 
@@ -60,19 +68,31 @@ def bound(name: str, portraits: Mapping[str, NDArray[np.float32]], wide: Mapping
 
 
 def cards(  # noqa: PLR0917 - a tree is a place, a name, a height and a front
-    seed: int, album: Album, places: Array, names: Sequence[str], heights: Array, facing: Array, *, crossed: bool
+    seed: int,
+    album: Album,
+    places: Array,
+    names: Sequence[str],
+    heights: Array,
+    facing: Array,
+    *,
+    crossed: bool = False,
+    are_boxes: bool = False,
 ) -> Mesh:
     """Trees on ground points ``places`` (n, 3), ``heights`` (n,) metres, in the order given.
 
     ``facing`` (n, 3), unit and level, is where each is seen from most; light falls on a card as on a
-    crown's front. With ``crossed`` a second card stands across the first.
+    crown's front. With ``crossed`` a second card stands across the first; ``are_boxes`` spares
+    triangles where portraits fill their cells.
     """
     rng = Generator(PCG64([seed, 71]))
     count = len(places)
     mirrored = rng.choice([-1.0, 1.0], count)
     turn = rng.normal(0, 0.35, count) if crossed else np.zeros(count)
-    hulls = np.stack([album.hulls[name] for name in names])
-    uv = np.stack([album.at(name) for name in names])
+    outlines = {name: album.outline(name, is_box=are_boxes) for name in album.cells}
+    hulls = np.stack([outlines[name] for name in names])
+    uv = np.stack([album.at(name, outlines[name]) for name in names])
+    corners = hulls.shape[1]
+    fan = FAN[: corners - 2]
     tall = heights / (hulls[..., 1].max(axis=1) - FOOT)
     local = (hulls - [0.5, FOOT]) * tall[:, None, None]
     wide = np.array([album.wide[name] for name in names]) * mirrored
@@ -82,8 +102,8 @@ def cards(  # noqa: PLR0917 - a tree is a place, a name, a height and a front
     front = np.stack([c * facing[:, 0] + s * facing[:, 2], 0 * c, c * facing[:, 2] - s * facing[:, 0]], axis=1)
     right = np.stack([front[:, 2], 0 * c, -front[:, 0]], axis=1)
     gradient = FOOT_SHADE + (TOP_SHADE - FOOT_SHADE) * np.clip(local[..., 1:] / heights[:, None, None], 0, 1) ** 0.7
-    color = np.concatenate([tint[:, None] * gradient, np.zeros((count, 8, 1))], axis=2)
-    triangles = np.where(mirrored[:, None, None] > 0, FAN, FAN[:, ::-1])
+    color = np.concatenate([tint[:, None] * gradient, np.zeros((count, corners, 1))], axis=2)
+    triangles = np.where(mirrored[:, None, None] > 0, fan, fan[:, ::-1])
     parts = []
     for across in (right, front) if crossed else (right,):
         side = (across * wide[:, None])[:, None]
@@ -92,7 +112,7 @@ def cards(  # noqa: PLR0917 - a tree is a place, a name, a height and a front
         normal = facing[:, None] * 0.8 + 1.3 * outward + [0.0, 0.25, 0.0]
         normal /= np.linalg.norm(normal, axis=2, keepdims=True)
         parts.append((position, normal))
-    position, normal = (np.stack(part, axis=1).reshape(-1, 8, 3) for part in zip(*parts, strict=True))
+    position, normal = (np.stack(part, axis=1).reshape(-1, corners, 3) for part in zip(*parts, strict=True))
     repeats = len(parts)
     return joined_cards(
         position,

@@ -1,4 +1,4 @@
-"""A mountain lake: a quarter of a mile of clear water among woods, with snowy peaks behind.
+"""A mountain lake: three hundred metres of clear water among woods, with snowy peaks behind.
 
 Cheap to import: what it is built of stands in ``lake_parts``, which is read only where no bake is found.
 """

@@ -26,22 +26,24 @@ def banks(seed: int, height: Field, meadow: Field) -> Iterator[SceneObject]:
     for k, (x, z, radius, count) in enumerate(REEDS):
         places = scatter.clump(seed + k, height, (x, z), radius, count, between=(-0.55, 0.06))
         meshes = [plants.reeds(seed + k, places, detail=detail) for detail in ("full", "map")]
-        yield plant_object(f"reeds {k}", meshes, leaves.BLADES, "reeds", seen=30.0)
+        yield plant_object(f"reeds {k}", meshes, leaves.BLADES, "reeds", seen=18.0)
     shore = scatter.shoreline(height, reach=60.0, step=0.4)
     near = shore[np.hypot(shore[:, 0], shore[:, 1]) < 34.0]
     tussocks = scatter.bank(seed + 1, height, near, 120, falloff=0.5, between=(-0.05, 0.5), density=meadow)
     tufts = scatter.bank(seed + 2, height, near, 1100, falloff=2.2, between=(0.12, 3.0), density=meadow)
     lawn = shore[np.hypot(shore[:, 0] - 2, shore[:, 1]) < 9.0]
-    turf = scatter.bank(seed + 4, height, lawn, 3400, falloff=4.5, between=(0.15, 3.0), density=meadow)
+    turf = scatter.bank(seed + 4, height, lawn, 2300, falloff=4.5, between=(0.15, 3.0), density=meadow)
     for k, part in enumerate(scatter.sectors(tussocks, 6)):
         meshes = [plants.sedge(seed + k, tussocks[part], detail=detail) for detail in ("full", "map")]
         yield plant_object(f"sedge {k}", meshes, leaves.BLADES, "grass", seen=17.0)
     for k, part in enumerate(scatter.sectors(tufts, 12)):
         meshes = [_toned(plants.grass(seed + k, tufts[part], height=0.24, detail=detail)) for detail in ("full", "map")]
         yield plant_object(f"grass {k}", meshes, leaves.BLADES, "grass", seen=17.0, casts_shadow=False)
-    for k, part in enumerate(scatter.sectors(turf, 6)):
-        mesh = _toned(plants.grass(seed + 20 + k, turf[part], height=0.15, detail="map"))
-        yield plant_object(f"turf {k}", (mesh, mesh), leaves.BLADES, "grass", casts_shadow=False, in_maps=False)
+    is_close = np.hypot(turf[:, 0] - 2.0, turf[:, 2] - 3.0) < 5.5
+    close = _toned(plants.grass(seed + 20, turf[is_close], height=0.17))
+    farther = _toned(plants.grass(seed + 21, turf[~is_close], height=0.13, detail="map"))
+    for name, mesh in (("close", close), ("farther", farther)):
+        yield plant_object(f"turf {name}", (mesh, mesh), leaves.BLADES, "grass", casts_shadow=False, in_maps=False)
     for k, hue in enumerate(plants.HEADS):
         places = scatter.bank(seed + 5 + k, height, near, 60, falloff=3.0, between=(0.3, 3.0), density=meadow)
         mesh = plants.flowers(seed + k, places, hue=hue)

@@ -21,13 +21,13 @@ from renderer.scene.scene import Scene, SceneObject
 from renderer.scene.shore import Shore
 
 AXIS = terrain.Axis(1025, reach=600.0, core=12.0)
-TERRAIN_TRIANGLES, MAP_TRIANGLES = 46_000, 8_000
+TERRAIN_TRIANGLES, MAP_TRIANGLES = 42_000, 7_000
 TILES = 8
 COLOR_TEXELS, DETAIL_TEXELS = 2048, 512
 BED = ground.Bed(bare=(1.2, 4.5), algae=0.3, silt=(2.5, 8.0), absorption=(0.30, 0.125, 0.115))
 FLOOR = ground.Floor(gloom=0.62, litter=0.0)
 
-GROUND = Material("ground", "terrain", albedo_map="ground", detail_map="ground_detail", detail_tile=2.3)
+GROUND = Material("ground", "terrain", albedo_map="ground", detail_map="ground_detail", detail_tile=3.9)
 ROCK = Material("rock", "surface", detail_map="rock_detail", detail_tile=rocks.TILE)
 PEAKS = Material("peaks", "surface", albedo_map="peaks")
 
@@ -154,7 +154,7 @@ def rock_objects(land: Land) -> list[SceneObject]:
         pebbles = rocks.stones([stone for stone, its in members if its == 0], land.seed + 900 + block, 0, land.height)
         parts.append(
             SceneObject(
-                f"boulders {block}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=40.0
+                f"boulders {block}", Mesh.merge(full), ROCK, tags, map_mesh=Mesh.merge(plain), detail_distance=26.0
             )
         )
         parts.append(SceneObject(f"stones {block}", pebbles, ROCK, tags, casts_shadow=False, in_maps=False))

@@ -35,7 +35,7 @@ _ROCK = np.array((0.250, 0.235, 0.215), np.float32)
 _DARK = np.array((0.088, 0.085, 0.086), np.float32)
 _SCREE = np.array((0.300, 0.285, 0.262), np.float32)
 _SNOW = np.array((0.86, 0.89, 0.94), np.float32)
-_AIR = np.array((0.42, 0.53, 0.67), np.float32)
+_AIR = np.array((0.36, 0.46, 0.60), np.float32)
 
 
 @dataclass(frozen=True)
@@ -186,7 +186,7 @@ def _noise(bearing: Array, deep: Array, angle: float, seed: int, *, octaves: int
 
 
 def _ridged(bearing: Array, deep: Array, seed: int) -> Floats:
-    """Sharp crests between rounded gullies, about -0.5 to 0.7 (Musgrave, Kolb and Mace 1989's folded noise)."""
+    """Sharp crests between rounded gullies, about -0.5 to 0.7 (folded noise, Musgrave 2003)."""
     total = np.zeros((len(deep), len(bearing)), np.float32)
     weight = np.ones_like(total)
     for octave in range(6):

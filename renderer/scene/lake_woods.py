@@ -227,12 +227,9 @@ def _forest(seed: int, height: Field, distance: Field) -> Iterator[SceneObject]:
     for kind, stand in zip(("trees", "woods"), stands(seed, height, distance), strict=True):
         for number, chosen in enumerate(_blocks(stand.places)):
             part = stand.part(chosen)
-            full, plain = (
-                impostors.cards(
-                    seed + number, album(), part.places, part.names.tolist(), part.heights, part.facing, crossed=crossed
-                )
-                for crossed in (kind == "trees", False)
-            )
+            trees_here = (part.places, part.names.tolist(), part.heights, part.facing)
+            plain = impostors.cards(seed + number, album(), *trees_here, are_boxes=kind == "woods")
+            full = plain if kind == "woods" else impostors.cards(seed + number, album(), *trees_here, crossed=True)
             yield SceneObject(
                 f"{kind} {number}", full, WOODS, tags, casts_shadow=False, map_mesh=plain, detail_distance=230.0
             )

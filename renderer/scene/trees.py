@@ -206,8 +206,8 @@ def tube(path: Array, radii: Array, sides: int, u: tuple[float, float]) -> Mesh:
 
 
 def joined_cards(position: Array, normal: Array, uv: Array, color: Array, triangles: NDArray[np.int64]) -> Mesh:
-    """One mesh of n octagons; all arrays (n, 8, …), ``triangles`` as FAN or one such for each."""
-    index = (np.arange(len(position)) * 8)[:, None, None] + triangles
+    """One mesh of n convex cards of k corners; all arrays (n, k, …), ``triangles`` a fan or one for each."""
+    index = (np.arange(len(position)) * position.shape[1])[:, None, None] + triangles
     return Mesh.build(
         position.reshape(-1, 3),
         index.reshape(-1, 3),
