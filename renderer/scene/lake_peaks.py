@@ -206,9 +206,10 @@ def _mass(bearing: Array, deep: Array, seed: int) -> Floats:
         off = (bearing - middle + np.pi) % (2 * np.pi) - np.pi
         width = np.radians(peak.width)
         out = (deep - np.log(peak.distance)) / (2.6 * width)
-        off_squared = ((off / width) ** 2).astype(np.float32)[None, :] + (out**2).astype(np.float32)[:, None]
-        cone = np.clip(1.0 - np.sqrt(off_squared + np.float32(0.002)) + warp, 0, None)
-        total += (np.float32(peak.height) * cone**1.15) ** 4
+        near = np.flatnonzero(np.abs(off) < 1.7 * width)
+        off_squared = ((off[near] / width) ** 2).astype(np.float32)[None, :] + (out**2).astype(np.float32)[:, None]
+        cone = np.clip(1.0 - np.sqrt(off_squared + np.float32(0.002)) + warp[:, near], 0, None)
+        total[:, near] += np.float32(peak.height**4) * cone ** np.float32(4.6)
     return np.asarray(total**0.25, np.float32)
 
 
