@@ -182,7 +182,7 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"camera": {"matrix": [1] * 15}}, "camera.matrix", "length >= 16"),
         ({"camera": {"matrix": [1] * 16}}, "camera.matrix", "orthonormal, determinant +1"),
         ({"camera": None}, "camera", None),
-        ({"scene": "pnd"}, "scene", f"one of pond, {NAME}, {STILL}, {COPY}, {EMPTY}"),
+        ({"scene": "pnd"}, "scene", f"one of pond, lake, {NAME}, {STILL}, {COPY}, {EMPTY}"),
         ({"scene": 7}, "scene", None),
         ({"water": "lunna"}, "water", "one of luna"),
         ({"water": {"technique": "lunna", "ripple_height": 3}}, "water", "one of luna"),
