@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from renderer.scene.bath import ENTRY as BATH
 from renderer.scene.entry import SceneEntry
+from renderer.scene.lake import ENTRY as LAKE
 from renderer.scene.pond import ENTRY as POND
 
-SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND, BATH)}
+SCENES: dict[str, SceneEntry] = {entry.name: entry for entry in (POND, LAKE, BATH)}
 DEFAULT = "pond"

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.scene.noise import Floats, grid_fbm, grid_noise, smoothstep
+from renderer.scene.noise import Floats, grid_fbm, grid_noise, resolved_fbm, smoothstep
 from renderer.scene.shore import Shore
 from renderer.scene.terrain import Axis
 
@@ -30,6 +30,7 @@ _PALE = np.array((0.400, 0.375, 0.330), np.float32)
 _MUD = np.array((0.165, 0.138, 0.082), np.float32)
 _SILT = np.array((0.070, 0.070, 0.038), np.float32)
 _ALGAE = np.array((0.066, 0.095, 0.024), np.float32)
+_ROCK = np.array((0.205, 0.195, 0.180), np.float32)
 _LITTER = np.array((0.120, 0.082, 0.042), np.float32)
 
 
@@ -59,6 +60,34 @@ class Shade:
     strength: float
 
 
+@dataclass(frozen=True)
+class Bed:
+    """How the ground under water changes with depth, metres."""
+
+    bare: tuple[float, float] = (0.4, 1.15)
+    """Where the shore's sand and stones begin and cease to give way to mud."""
+    algae: float = 0.65
+    """Share of the mud that weed covers in its patches."""
+    silt: tuple[float, float] = (0.5, 1.7)
+    """Where silt begins, and where it lies closed."""
+    absorption: tuple[float, float, float] = (0.30, 0.16, 0.22)
+    """Per metre, for red, green and blue."""
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The ground under close trees, as shares."""
+
+    gloom: float = 0.34
+    """How much of the light they take."""
+    litter: float = 0.38
+    """How much of the ground dead leaves cover."""
+
+
+POND_BED = Bed()
+POND_FLOOR = Floor()
+
+
 def ground_colors(
     axis: Axis,
     shore: Shore,
@@ -68,26 +97,29 @@ def ground_colors(
     paths: Sequence[Polyline],
     shades: Sequence[Shade],
     woods: Floats,
+    bed: Bed = POND_BED,
+    rock: Floats | None = None,
+    is_wide: bool = False,
+    floor: Floor = POND_FLOOR,
 ) -> NDArray[np.uint8]:
-    """The texture, (size, size, 4), over the reach of ``axis``; ``woods`` is 1 where trees stand close."""
+    """The texture, (size, size, 4), over the reach of ``axis``; ``woods`` is 1 where trees stand close.
+
+    ``rock`` is 1 where bare rock shows. ``is_wide`` says that far texels are too coarse for the fine noises.
+    """
     texels = axis.texels(size)
     x = texels.world
-    noise = Noises(
-        fine=grid_fbm(x, x, 0.42, seed + 1, octaves=3, gain=0.8),
-        medium=grid_fbm(x, x, 2.6, seed + 2, octaves=4, gain=0.7),
-        broad=grid_fbm(x, x, 13.0, seed + 3, octaves=2),
-        stain=grid_noise(x, x, 0.21, seed + 4),
-        speck=np.zeros((0, 0), np.float32),
-    )
-    color, grass = _meadow(noise, _resampled(woods, size), path_share(texels, paths))
+    noise = _resolved_noises(x, seed) if is_wide else _noises(x, seed)
+    color, grass = _meadow(noise, _resampled(woods, size), path_share(texels, paths), floor)
+    if rock is not None:
+        _outcrop(color, grass, _resampled(rock, size), noise)
     rough = (1 - grass) * np.float32(0.35)
     window = _window(axis, shore, size)
     inside = Shore(
         *(_resampled(part, size)[window] for part in (shore.distance, shore.sand, shore.stones, shore.height))
     )
-    speck = grid_noise(x[window[1]], x[window[0]], 0.10, seed + 5)
+    speck = noise.speck[window] if is_wide else grid_noise(x[window[1]], x[window[0]], 0.10, seed + 5)
     near = Noises(noise.fine[window], noise.medium[window], noise.broad[window], noise.stain[window], speck)
-    color[window], grass[window], rough[window] = _banks(color[window], grass[window], inside, near)
+    color[window], grass[window], rough[window] = _banks(color[window], grass[window], inside, near, bed)
     color *= _light_share(texels, shades)[..., None]
     image = np.empty((size, size, 4), np.uint8)
     image[..., :3] = np.sqrt(np.clip(color, 0, 1)) * 255 + 0.5
@@ -95,7 +127,27 @@ def ground_colors(
     return image
 
 
-def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]:
+def _noises(x: NDArray[np.float64], seed: int) -> Noises:
+    return Noises(
+        fine=grid_fbm(x, x, 0.42, seed + 1, octaves=3, gain=0.8),
+        medium=grid_fbm(x, x, 2.6, seed + 2, octaves=4, gain=0.7),
+        broad=grid_fbm(x, x, 13.0, seed + 3, octaves=2),
+        stain=grid_noise(x, x, 0.21, seed + 4),
+        speck=np.zeros((0, 0), np.float32),
+    )
+
+
+def _resolved_noises(x: NDArray[np.float64], seed: int) -> Noises:
+    return Noises(
+        fine=resolved_fbm(x, 0.42, seed + 1, octaves=3, gain=0.8),
+        medium=resolved_fbm(x, 2.6, seed + 2, octaves=4, gain=0.7),
+        broad=resolved_fbm(x, 13.0, seed + 3, octaves=2),
+        stain=resolved_fbm(x, 0.21, seed + 4, octaves=1),
+        speck=resolved_fbm(x, 0.10, seed + 5, octaves=1),
+    )
+
+
+def _meadow(noise: Noises, woods: Floats, path: Floats, floor: Floor) -> tuple[Floats, Floats]:
     """Grass in its tones, leaf litter under trees, and trodden paths: (colour, share of grass)."""
     fine, medium, broad = noise.fine, noise.medium, noise.broad
     color = np.full((*fine.shape, 3), _LUSH, np.float32)
@@ -103,8 +155,8 @@ def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]
     _mix(color, _DEEP, 0.8 * _ramp(0.1, 0.7, 0.9 * medium - 0.5 * broad))
     _mix(color, _DRY, 0.65 * _ramp(0.3, 1.1, 0.8 * medium + 0.7 * broad + 0.45 * fine))
     litter = _ramp(0.35, 0.9, woods + 0.35 * medium + 0.15 * fine) * _ramp(0.0, 0.15, woods)
-    _mix(color, _LITTER, 0.38 * litter)
-    color *= (1 - np.float32(0.34) * woods)[..., None]
+    _mix(color, _LITTER, floor.litter * litter)
+    color *= (1 - np.float32(floor.gloom) * woods)[..., None]
     # Tussocks: round bright crests with narrow dark hollows between them.
     tussock: Floats = np.minimum(np.abs(noise.stain + 0.9 * fine), 0.9)
     color *= (np.float32(0.66) + np.float32(0.72) * tussock + np.float32(0.12) * fine)[..., None]
@@ -114,7 +166,15 @@ def _meadow(noise: Noises, woods: Floats, path: Floats) -> tuple[Floats, Floats]
     return color, (1 - 0.6 * litter) * (1 - 0.9 * worn)
 
 
-def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[Floats, Floats, Floats]:
+def _outcrop(color: Floats, grass: Floats, rock: Floats, noise: Noises) -> None:
+    """Let bare rock show: in place."""
+    shown = _ramp(0.42, 0.62, rock + 0.22 * noise.medium + 0.10 * noise.fine)
+    stone = _ROCK * (1 + np.float32(0.16) * noise.fine + np.float32(0.14) * noise.medium)[..., None]
+    color += (stone - color) * shown[..., None]
+    grass *= 1 - shown
+
+
+def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises, kind: Bed) -> tuple[Floats, Floats, Floats]:
     """The shore and the bed: (colour, share of grass, share of pebbles). Edges fray with the fine noise."""
     fine, medium, stain = noise.fine, noise.medium, noise.stain
     distance = shore.distance
@@ -140,7 +200,7 @@ def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[F
 
     depth = -shore.height
     is_wet = _ramp(-0.03, 0.06, depth + 0.01 * fine)
-    bed = _bed(color, np.maximum(sandy, stony), depth, noise)
+    bed = _bed(color, np.maximum(sandy, stony), depth, noise, kind)
     color = color + (bed - color) * is_wet[..., None]
     grass = grass * (1 - is_wet) * (distance > -0.6)
     wet = _ramp(0.13, 0.035, shore.height + 0.018 * fine + 0.012 * medium) * _ramp(0.35, 0.0, depth)
@@ -148,18 +208,18 @@ def _banks(color: Floats, grass: Floats, shore: Shore, noise: Noises) -> tuple[F
     return color, grass, rough.astype(np.float32, copy=False)
 
 
-def _bed(color: Floats, bare: Floats, depth: Floats, noise: Noises) -> Floats:
+def _bed(color: Floats, bare: Floats, depth: Floats, noise: Noises, kind: Bed) -> Floats:
     """The shore's sand and stones run out under water into mud, silt and weed, darker as it deepens."""
     fine, medium, broad, stain = noise.fine, noise.medium, noise.broad, noise.stain
     bed = np.full(color.shape, _MUD, np.float32)
     _mix(bed, _GRAVEL, 0.4 * _ramp(0.1, 1.0, stain + 0.6 * fine))
     bed *= (1 + np.float32(0.22) * fine + np.float32(0.12) * stain)[..., None]
-    bed += (color - bed) * (bare * _ramp(1.15, 0.4, depth + 0.25 * medium))[..., None]
-    _mix(bed, _ALGAE, 0.65 * _ramp(0.1, 0.9, medium + 0.5 * fine + 0.25 * broad) * _ramp(0.08, 0.5, depth))
-    _mix(bed, _SILT, 0.9 * _ramp(0.5, 1.7, depth + 0.2 * medium))
+    bed += (color - bed) * (bare * _ramp(kind.bare[1], kind.bare[0], depth + 0.25 * medium))[..., None]
+    _mix(bed, _ALGAE, kind.algae * _ramp(0.1, 0.9, medium + 0.5 * fine + 0.25 * broad) * _ramp(0.08, 0.5, depth))
+    _mix(bed, _SILT, 0.9 * _ramp(*kind.silt, depth + 0.2 * medium))
     # Water takes red first: a hint of it, for techniques that know no absorption.
     deep = np.maximum(depth, 0)
-    for channel, rate in enumerate((0.30, 0.16, 0.22)):
+    for channel, rate in enumerate(kind.absorption):
         bed[..., channel] *= np.exp(np.float32(-rate) * deep)
     return bed
 

@@ -94,16 +94,22 @@ def bark() -> Texture:
 
 @cache
 def hull(cell: str) -> NDArray[np.float64]:
-    """The octagon round a cell's drawing: (8, 2) cell coordinates, counter-clockwise.
+    """The octagon round a cell's drawing: (8, 2) cell coordinates, counter-clockwise."""
+    return octagon(_painted()[cell])
+
+
+def octagon(image: Texels) -> NDArray[np.float64]:
+    """The octagon round what is drawn on a square image with coverage: (8, 2) in 0..1, counter-clockwise, t up.
 
     A few outermost tips are cut off (``SPARED`` of the texels a side): the corners they would open are
     empty, and empty pixels cost as much as leaves.
     """
-    rows, columns = np.nonzero(_painted()[cell][..., 3] > 0.25)
-    s, t = (columns + 0.5) / TEXELS, 1 - (rows + 0.5) / TEXELS
+    size = len(image)
+    rows, columns = np.nonzero(image[..., 3] > 0.25)
+    s, t = (columns + 0.5) / size, 1 - (rows + 0.5) / size
     turns = np.arange(8) * np.pi / 4
     axes = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    reach = np.quantile(np.stack([s, t], axis=1) @ axes.T, 1 - SPARED, axis=0) + 1.0 / TEXELS
+    reach = np.quantile(np.stack([s, t], axis=1) @ axes.T, 1 - SPARED, axis=0) + 1.0 / size
     # A side beyond the corner of its neighbours would fold the outline: it is moved to that corner.
     reach = np.minimum(reach, (np.roll(reach, 1) + np.roll(reach, -1)) / np.sqrt(2))
     corners = [np.linalg.solve(axes[[k, (k + 1) % 8]], reach[[k, (k + 1) % 8]]) for k in range(8)]
@@ -115,6 +121,11 @@ def _painted() -> Mapping[str, NDArray[np.float32]]:
     cells = {name: drawing() for name, drawing in DRAWINGS.items()}
     far = {name: paint(cells) for name, paint in PORTRAITS.items()}
     return {name: bled(texels) for name, texels in {**cells, **far}.items()}
+
+
+def clusters() -> Mapping[str, Texels]:
+    """The drawn cells, of which portraits are painted."""
+    return {name: _painted()[name] for name in DRAWINGS}
 
 
 def bled(image: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -88,6 +88,32 @@ def grid_fbm(
     return total
 
 
+def resolved_fbm(
+    x: NDArray[np.floating], wavelength: float, seed: int, *, octaves: int = 4, gain: float = 0.5
+) -> Floats:
+    """:func:`grid_fbm` on the square grid of one axis, without what the grid is too coarse to carry.
+
+    Each octave fades where the samples lie farther apart than a third to a half of its wavelength: on a
+    warped axis the far samples stay smooth, and only the near part of a fine octave is worked out.
+    """
+    spacing = np.gradient(np.asarray(x, np.float64))
+    total = np.zeros((len(x), len(x)), np.float32)
+    power = 0.0
+    for octave in range(octaves):
+        length, amplitude = wavelength / 2**octave, gain**octave
+        power += amplitude**2
+        carried = np.flatnonzero(spacing < 0.5 * length)
+        if not len(carried):
+            continue
+        inner = slice(int(carried[0]), int(carried[-1]) + 1)
+        fade = np.clip((0.5 - spacing[inner] / length) / 0.17, 0, 1).astype(np.float32) * np.float32(amplitude)
+        part = grid_noise(x[inner], x[inner], length, seed + 101 * octave)
+        part *= np.minimum(fade[:, None], fade[None, :])
+        total[inner, inner] += part
+    total *= np.float32(power**-0.5)
+    return total
+
+
 def point_noise(
     points: NDArray[np.floating],
     wavelength: float,

@@ -120,18 +120,7 @@ def terrain_objects(land: Land) -> list[SceneObject]:
     away = np.hypot(world[None, :], world[:, None])
     seen = 1 / (0.5 + away / 16) * np.where(height < -0.12, 0.08, 1.0)
     longest = np.clip(0.7 + away / 14, 0.7, 9.0) / AXIS.spacing[:, None]
-    sunk = height.copy()
-    sunk[[0, -1]] -= 4.0  # a skirt, so that no gap shows where the hills' sheet takes over
-    sunk[:, [0, -1]] -= 4.0
-    x, z = np.meshgrid(world, world)
-    side = np.linspace(0, 1, AXIS.count)
-    vertices = Mesh(
-        np.stack([x, sunk, z], axis=2).reshape(-1, 3).astype(np.float32),
-        terrain.grid_normals(AXIS, height).reshape(-1, 3),
-        np.stack(np.meshgrid(side, side), axis=2).reshape(-1, 2).astype(np.float32),
-        np.broadcast_to(np.array([1, 1, 1, 0], np.float32), (AXIS.count**2, 4)),
-        np.zeros((0, 3), np.uint32),
-    )
+    vertices = terrain.grid_vertices(AXIS, height)
     full, plain = (
         _tiles(vertices, terrain.split_errors(height, seen.astype(np.float32), cap.astype(np.float32)), count)
         for cap, count in ((longest, TERRAIN_TRIANGLES), (4 * longest, MAP_TRIANGLES))

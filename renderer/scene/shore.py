@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from renderer.scene.noise import Floats, grid_fbm, smoothstep
 from renderer.scene.terrain import Axis, upsampled
 
-OUTLINE = (
+Outline = tuple[tuple[float, float], ...]
+
+OUTLINE: Outline = (
     (16.0, -1.0), (15.2, 2.6), (12.6, 4.3), (9.6, 4.1), (7.3, 4.3), (5.1, 5.2), (3.4, 6.1), (1.5, 6.9),
     (0.3, 8.4), (-1.2, 10.3), (-3.8, 11.6), (-7.2, 11.3), (-10.0, 9.6), (-12.6, 8.2), (-15.6, 6.3),
     (-17.8, 3.2), (-18.0, -0.8), (-16.4, -4.3), (-13.2, -6.2), (-11.2, -8.4), (-10.6, -11.4),
@@ -67,9 +69,9 @@ def shape_shore(axis: Axis, far: Floats, seed: int) -> Shore:
     return Shore(distance, sand, stones, height)
 
 
-def outline_distance(x: NDArray[np.floating], z: NDArray[np.floating]) -> Floats:
-    """Signed distance of points from the drawn outline, metres, positive outside the pond."""
-    line = outline_curve(8)
+def outline_distance(x: NDArray[np.floating], z: NDArray[np.floating], outline: Outline = OUTLINE) -> Floats:
+    """Signed distance of points from a drawn outline, metres, positive outside it."""
+    line = outline_curve(8, outline)
     point = np.stack([x.ravel(), z.ravel()], axis=1)
     nearest = np.full(len(point), np.inf)
     is_inside = np.zeros(len(point), bool)
@@ -86,9 +88,9 @@ def outline_distance(x: NDArray[np.floating], z: NDArray[np.floating]) -> Floats
     return signed.reshape(x.shape)
 
 
-def outline_curve(steps: int) -> NDArray[np.float64]:
+def outline_curve(steps: int, outline: Outline = OUTLINE) -> NDArray[np.float64]:
     """The closed Catmull-Rom curve through the control points, ``steps`` points for each, (n, 2)."""
-    control = np.array(OUTLINE)
+    control = np.array(outline)
     before, after, beyond = (np.roll(control, shift, axis=0) for shift in (1, -1, -2))
     share = (np.arange(steps) / steps)[None, :, None]
     before, here, after, beyond = (part[:, None, :] for part in (before, control, after, beyond))

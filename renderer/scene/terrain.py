@@ -193,12 +193,33 @@ def fitted(error: Floats, triangles: int) -> NDArray[np.int64]:
     return triangulated(error, min(threshold, float(np.finfo(np.float32).max)))
 
 
-def tiled(vertices: Mesh, index: NDArray[np.int64], tiles: int, reach: float) -> dict[int, Mesh]:
+def grid_vertices(axis: Axis, height: Floats, skirt: float = 4.0) -> Mesh:
+    """The height grid's vertices without triangles, uv 0..1 over the parameter; the border hangs ``skirt`` metres.
+
+    A skirt hides the gap where another sheet of land takes over.
+    """
+    sunk = height.copy()
+    sunk[[0, -1]] -= skirt
+    sunk[:, [0, -1]] -= skirt
+    x, z = np.meshgrid(axis.world, axis.world)
+    side = np.linspace(0, 1, axis.count)
+    return Mesh(
+        np.stack([x, sunk, z], axis=2).reshape(-1, 3).astype(np.float32),
+        grid_normals(axis, height).reshape(-1, 3),
+        np.stack(np.meshgrid(side, side), axis=2).reshape(-1, 2).astype(np.float32),
+        np.broadcast_to(np.array([1, 1, 1, 0], np.float32), (axis.count**2, 4)),
+        np.zeros((0, 3), np.uint32),
+    )
+
+
+def tiled(
+    vertices: Mesh, index: NDArray[np.int64], tiles: int, reach: float, core: float = Axis.core
+) -> dict[int, Mesh]:
     """Cut a mesh into ``tiles`` × ``tiles`` by its triangles' middles in the warped square.
 
     The key is row * tiles + column; a tile without triangles is left out.
     """
-    axis = Axis(2, reach)
+    axis = Axis(2, reach, core)
     middle = vertices.position[index].mean(axis=1)
     place = (np.stack([axis.parameter(middle[:, 0]), axis.parameter(middle[:, 2])]) + 1) / 2 * tiles
     place = np.clip(place, 0, np.nextafter(tiles, 0))

@@ -128,7 +128,7 @@ def far_trees(seed: int, places: Array, names: Sequence[str], heights: Array) ->
     color = np.concatenate([np.repeat(tint[:, None], 8, axis=1), np.zeros((count, 8, 1))], axis=2)
     uv = np.stack([leaves.at(name, leaves.hull(name)) for name in chosen])
     triangles = np.where(mirrored[:, None, None] > 0, FAN, FAN[:, ::-1])
-    return _merged(position, normal, uv, color, triangles)
+    return joined_cards(position, normal, uv, color, triangles)
 
 
 def far_casters(seed: int, places: Array, names: Sequence[str], heights: Array) -> Mesh:
@@ -172,7 +172,7 @@ def cards(crown: Crown) -> Mesh:
     height = np.clip(position[..., 1] / max(float(position[..., 1].max()), 1e-6), 0, 1)
     color = np.repeat(color[:, None], corners, axis=1)
     color[..., 3] = 0.35 * height**2
-    return _merged(position, normal, uv, color, FAN)
+    return joined_cards(position, normal, uv, color, FAN)
 
 
 def wood(crown: Crown, kind: Kind, *, sides: int) -> Mesh:
@@ -205,9 +205,9 @@ def tube(path: Array, radii: Array, sides: int, u: tuple[float, float]) -> Mesh:
     return Mesh.build(position.reshape(-1, 3), quads.reshape(-1, 3), normal=ring.reshape(-1, 3), uv=uv.reshape(-1, 2))
 
 
-def _merged(position: Array, normal: Array, uv: Array, color: Array, triangles: NDArray[np.int64]) -> Mesh:
-    """One mesh of n cards of eight corners each; all arrays (n, 8, …)."""
-    index = (np.arange(len(position)) * 8)[:, None, None] + triangles
+def joined_cards(position: Array, normal: Array, uv: Array, color: Array, triangles: NDArray[np.int64]) -> Mesh:
+    """One mesh of n convex cards of k corners; all arrays (n, k, …), ``triangles`` a fan or one for each."""
+    index = (np.arange(len(position)) * position.shape[1])[:, None, None] + triangles
     return Mesh.build(
         position.reshape(-1, 3),
         index.reshape(-1, 3),

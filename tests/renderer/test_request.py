@@ -183,7 +183,7 @@ NAN, INFINITY = float("nan"), float("inf")
         ({"camera": {"matrix": [1] * 15}}, "camera.matrix", "length >= 16"),
         ({"camera": {"matrix": [1] * 16}}, "camera.matrix", "orthonormal, determinant +1"),
         ({"camera": None}, "camera", None),
-        ({"scene": "pnd"}, "scene", f"one of pond, bath, {NAME}, {STILL}, {COPY}, {EMPTY}"),
+        ({"scene": "pnd"}, "scene", f"one of pond, lake, bath, {NAME}, {STILL}, {COPY}, {EMPTY}"),
         ({"scene": 7}, "scene", None),
         ({"water": "lunna"}, "water", "one of " + ", ".join(TECHNIQUES)),
         ({"water": {"technique": "lunna", "ripple_height": 3}}, "water", "one of " + ", ".join(TECHNIQUES)),

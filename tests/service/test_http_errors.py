@@ -66,7 +66,7 @@ BAD_BODIES: list[tuple[str, dict[str, Any]]] = [
         '{"camera": {"eye": [0, 9, 0], "target": [0, 0, 0], "up": [0, 1, 0]}}',
         {"path": "camera.up", "value": [0, 1, 0]},
     ),
-    ('{"scene": "pnd"}', {"path": "scene", "value": "pnd", "bound": "one of pond"}),
+    ('{"scene": "pnd"}', {"path": "scene", "value": "pnd", "bound": "one of pond, lake, bath"}),
     ('{"water": "lunar"}', {"path": "water", "value": "lunar", "bound": "one of " + ", ".join(TECHNIQUES)}),
     ('{"format": "gif"}', {"path": "format", "value": "gif"}),
     ('{"time": 1, "time": 2}', {"path": "time"}),
