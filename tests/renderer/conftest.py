@@ -8,6 +8,7 @@ import pytest
 
 from renderer.pipeline import Renderer
 from tests.renderer.drawing import shared_renderer
+from tests.renderer.techniques import telling_worlds
 from tests.renderer.world import registered
 
 
@@ -21,4 +22,11 @@ def renderer() -> Renderer:
 def world() -> Iterator[None]:
     """The small scene ``test`` stands in the catalogue."""
     with registered():
+        yield
+
+
+@pytest.fixture(scope="module")
+def telling() -> Iterator[None]:
+    """The worlds that tell much stand in the catalogue: the pillar, the markers, the moved and mirrored ones."""
+    with telling_worlds():
         yield
