@@ -42,7 +42,7 @@ class Ways(NamedTuple):
     """The shader's line that keeps out the wrong side of the water, and the line without it."""
 
 
-LAKE_STILL: Water = {"wave_height": 0.0, "dull_blend_factor": 0.0, "spec_power": 1e4}
+LAKE_STILL: Water = {"wave_height": 0.0, "spec_alpha": 0.0}
 WAYS: dict[str, Ways] = {
     "luna": Ways(
         still=FLAT,
@@ -54,13 +54,14 @@ WAYS: dict[str, Ways] = {
         guard=("water/luna.glsl", ("bool leaks = refracted.a < 0.5;", "bool leaks = false;")),
     ),
     "lake": Ways(
-        still=LAKE_STILL,
+        still={**LAKE_STILL, "dull_blend_factor": 0.0},
         mirror={"fresnel_mode": 2, "draw_mode": 40.0},
         window={"draw_mode": 0.0},
         rough={"wave_height": 0.4},
+        guard=("water/lake.glsl", ("leaks = refracted.a < 0.5;", "leaks = false;")),
     ),
     "lake_edges": Ways(
-        still={**LAKE_STILL, "dull_blend_factor": 1.0},
+        still={**LAKE_STILL, "dull_blend_factor": 1.0, "tint": [1.0, 1.0, 1.0]},
         mirror={"fresnel_mode": 1, "draw_mode": 60.0},
         window={"draw_mode": 0.0},
         rough={"wave_height": 0.4},
@@ -70,6 +71,7 @@ WAYS: dict[str, Ways] = {
         mirror={"blend": 0.0},
         window={"blend": 1.0},
         rough={"reflect_refract_scale": 0.2},
+        guard=("water/tut29.glsl", ("if (refracted.a < 0.5)", "if (false)")),
     ),
 }
 
@@ -117,8 +119,9 @@ def change_map(monkeypatch: pytest.MonkeyPatch, technique: str, name: str, **cha
 
 # ------------------------------------------------------------------------------------------------ worlds that tell much
 
-PILLAR, MARKERS = "test pillar", "test markers"
-"""A pillar that is red above the water and green below; a red thing in the air and a green one under water."""
+PILLAR, MARKERS, SEA = "test pillar", "test markers", "test sea"
+"""A pillar that is red above the water and green below; a red thing in the air and a green one under water; a bed
+without an end."""
 RED, GREEN, BLUE, GREY = (0.8, 0.0, 0.0), (0.0, 0.8, 0.0), [0.0, 0.0, 0.8], (0.3, 0.3, 0.3)
 LIT: dict[str, Any] = {"sun": None, "ambient": [1.0, 1.0, 1.0], "sky": {"model": "constant", "color": BLUE}}
 """The light in which each thing shows its colour as it is."""
@@ -161,6 +164,7 @@ def telling_worlds() -> Iterator[None]:
             SceneObject("gull", box([-1.5, LEVEL + 1.2, -1.5], [0.5, LEVEL + 2.0, 0.5], RED), MATTE),
             SceneObject("stone", box([0.5, LEVEL - 2.0, 0.5], [2.5, LEVEL - 0.8, 2.5], GREEN), MATTE),
         ),
+        SEA: (SceneObject("bed", box([-3e4, LEVEL - 2.0, -3e4], [3e4, LEVEL - 1.0, 3e4], GREY), MATTE),),
         elsewhere(SHIFT): moved(objects(sway=0.0), SHIFT, SHIFT),
         **{copy_at(level): mirrored_copies(level) for level in HEIGHTS},
     }

@@ -202,14 +202,18 @@ def test_a_map_without_its_clip_plane_holds_both_sides(name: str, monkeypatch: p
 def leaks(name: str) -> tuple[int, int]:
     """Pixels of water, over a second of high waves, in which the wrong side of the pillar shows: red, and green.
 
-    The first are counted in water that lets everything through, the second in water that mirrors everything.
+    The first are counted in water that lets everything through, the second in water that mirrors everything; where a
+    technique says that it could not read its maps, and shows the scene behind, neither.
     """
     counts = [0, 0]
     for moment in (0.0, 0.3, 0.7):
         for k, (full, count) in enumerate(((window, red), (mirror, green))):
             given = {**full(name), **rough(name)}
-            shown = picture(scene=PILLAR, **LIT, water=given, time=moment)
-            counts[k] += count(np.where(mask(scene=PILLAR, time=moment, water=given)[..., None], shown, 0))
+            fields: dict[str, Any] = {"scene": PILLAR, **LIT, "water": given, "time": moment}
+            region = mask(**fields)
+            if TECHNIQUES[name].blends:
+                region &= picture(**fields, layers=["validity"])[..., 0] == 255
+            counts[k] += count(np.where(region[..., None], picture(**fields), 0))
     return counts[0], counts[1]
 
 
@@ -222,4 +226,4 @@ def test_without_its_guard_a_technique_leaks(name: str) -> None:
     if guard is None:
         pytest.skip("its maps hold nothing from the wrong side")
     with broken_shaders(dict([guard])):
-        assert sum(leaks(name)) > 10
+        assert sum(leaks(name)) > 3

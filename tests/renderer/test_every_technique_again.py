@@ -22,8 +22,8 @@ from tests.renderer.drawing import (
     mask,
     picture,
 )
-from tests.renderer.techniques import SHIFT, WAYS, elsewhere, light, mirror, rough, still
-from tests.renderer.world import EMPTY, EXTENTS, LEVEL, STILL
+from tests.renderer.techniques import SEA, SHIFT, WAYS, elsewhere, light, mirror, rough, still
+from tests.renderer.world import EXTENTS, LEVEL, STILL
 
 pytestmark = [pytest.mark.usefixtures("world", "telling"), pytest.mark.parametrize("name", TECHNIQUES)]
 
@@ -58,7 +58,7 @@ def test_a_larger_picture_made_small_is_the_small_one_away_from_edges(name: str)
 
 def test_the_sky_is_mirrored_by_direction_down_to_the_horizon(name: str) -> None:
     view = asked(camera=CAMERAS["rolled"]).view()
-    shown = light(scene=EMPTY, camera=CAMERAS["rolled"], sky=GRADIENT, sun=None, water=mirror(name, extents=OPEN))
+    shown = light(scene=SEA, camera=CAMERAS["rolled"], sky=GRADIENT, sun=None, water=mirror(name, extents=OPEN))
     height, width, _ = shown.shape
     x, y = np.meshgrid((np.arange(width) + 0.5) / width * 2 - 1, 1 - (np.arange(height) + 0.5) / height * 2)
     rays = np.stack([x, y, np.ones_like(x), np.zeros_like(x)], axis=-1) @ view.ray_from_ndc.T
@@ -73,7 +73,7 @@ def test_the_sun_is_mirrored_where_its_direction_says(name: str) -> None:
     sun, eye = np.array([-0.4, 0.35, -0.8]), np.array([0.0, LEVEL + 3.0, 0.0])
     camera = {"eye": eye.tolist(), "target": (eye + sun * [1, -1, 1]).tolist(), "fov_y": 12.0}
     shown = light(
-        scene=EMPTY,
+        scene=SEA,
         camera=camera,
         sky={"model": "analytic", "clouds": 0.0},
         sun={"direction": sun.tolist(), "shadows": False},
