@@ -60,9 +60,8 @@ CURVES: dict[str, Curves] = {
     "curves-techniques": Curves(
         "Weight of the reflection, each technique by its defaults",
         (
-            Series("luna", luna(0.1, 2.0)),
-            Series("lake, mode 1", lake(1)),
-            Series("lake_edges, mode 0", lake(0, technique="lake_edges")),
+            Series("luna", {"technique": "luna", "ripple_height": 0.0}),
+            Series("lake, lake_edges", {"technique": "lake"}),
             Series("tut29", {"technique": "tut29"}),
         ),
     ),

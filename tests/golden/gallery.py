@@ -26,8 +26,11 @@ EVERYWHERE: dict[str, Picture] = {
     for technique, name in COLUMNS.items()
 }
 
-ROLLED: dict[str, Any] = {"camera": {"position": [9.2, 3.0, 9.6], "yaw": 43.0, "pitch": -12.0, "roll": 16.0}}
-NEAR_SHORE: dict[str, Any] = {"camera": {"eye": [5.6, 1.5, 6.4], "target": [-1.0, 0.0, -1.5], "fov_y": 40}}
+ROLLED: dict[str, Any] = {
+    "camera": {"position": [4.0, 2.2, 5.0], "yaw": 30.0, "pitch": -14.0, "roll": 35.0, "fov_y": 50.0}
+}
+LEVEL: dict[str, Any] = {"camera": {"position": [8.2, 2.0, 8.8], "yaw": 43.0, "fov_y": 46.0}}
+SHORE: dict[str, Any] = {"camera": {"eye": [7.0, 1.5, 7.4], "target": [3.4, -0.2, 3.4], "fov_y": 30}}
 
 
 def water(technique: str, base: dict[str, Any] = LOW_EYE, /, **parameters: Any) -> dict[str, Any]:
@@ -36,20 +39,36 @@ def water(technique: str, base: dict[str, Any] = LOW_EYE, /, **parameters: Any) 
 
 
 PAIRS: dict[str, Picture] = {
-    "edges-cut": Picture("Lake water at the shore", water("lake", NEAR_SHORE, wave_height=0.2)),
-    "edges-natural": Picture("Lake water with natural edges at the shore", water("lake_edges", NEAR_SHORE)),
+    "edges-cut": Picture("Lake water at a shore", water("lake", SHORE, wave_height=0.15, as_published=True)),
+    "edges-natural": Picture(
+        "Lake water with natural edges at a shore", water("lake_edges", SHORE, wave_height=0.15, as_published=True)
+    ),
     "fresnel-0": Picture("Lake water, Fresnel mode 0", water("lake", fresnel_mode=0)),
     "fresnel-1": Picture("Lake water, Fresnel mode 1", water("lake", fresnel_mode=1)),
     "fresnel-2": Picture("Lake water, Fresnel mode 2", water("lake", fresnel_mode=2)),
-    "wind-0": Picture("Lake water, wind at 0 degrees", water("lake", wind_direction=0.0)),
-    "wind-90": Picture("Lake water, wind at 90 degrees", water("lake", wind_direction=90.0)),
-    "bias-none": Picture("Lake water, maps cut at the water", water("lake", NEAR_SHORE, clip_bias=0.0)),
-    "bias-large": Picture("Lake water, maps cut past the water", water("lake", NEAR_SHORE, clip_bias=0.4)),
-    "roll-right": Picture("Lake water under a rolled camera", water("lake", ROLLED)),
-    "roll-published": Picture("The same with the look-at mirror", water("lake", ROLLED, as_published=True)),
-    "wrap-right": Picture("Rastertek's water at the screen's edge", water("tut29", reflect_refract_scale=0.06)),
+    "wind-0": Picture(
+        "Lake water, wind at 0 degrees", water("lake", fresnel_mode=0, wave_height=0.15, wind_direction=0.0)
+    ),
+    "wind-90": Picture(
+        "Lake water, wind at 90 degrees", water("lake", fresnel_mode=0, wave_height=0.15, wind_direction=90.0)
+    ),
+    "bias-none": Picture(
+        "Lake water, its refraction map cut at the water",
+        water("lake", SHORE, wave_height=0.2, as_published=True, refraction_clip_bias=0.0),
+    ),
+    "bias-large": Picture(
+        "Lake water, its refraction map cut five metres higher",
+        water("lake", SHORE, wave_height=0.2, as_published=True, refraction_clip_bias=5.0),
+    ),
+    "roll-right": Picture("Lake water under a rolled camera", water("lake", ROLLED, fresnel_mode=0, draw_mode=1.5)),
+    "roll-published": Picture(
+        "Lake water under a rolled camera, as published",
+        water("lake", ROLLED, fresnel_mode=0, draw_mode=1.5, as_published=True),
+    ),
+    "wrap-right": Picture("Rastertek's water with strong ripples", water("tut29", LEVEL, reflect_refract_scale=0.08)),
     "wrap-published": Picture(
-        "The same with wrapped maps", water("tut29", reflect_refract_scale=0.06, as_published=True)
+        "Rastertek's water with strong ripples, as published",
+        water("tut29", LEVEL, reflect_refract_scale=0.08, as_published=True),
     ),
 }
 """Pictures that stand side by side, two or three to a claim of the documents."""

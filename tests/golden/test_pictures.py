@@ -68,7 +68,9 @@ def test_the_gallery_has_a_place_for_every_technique_and_every_scene() -> None:
 
 
 @pytest.mark.parametrize("page", ["README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md"))])
-def test_every_link_leads_somewhere(page: str) -> None:
+def test_every_link_leads_somewhere(page: str, is_blessing: bool) -> None:
+    if is_blessing:
+        pytest.skip("what it links may be drawn after it")
     path = ROOT / page
     targets = {path.parent / match["target"] for match in LINK.finditer(path.read_text(encoding="utf-8"))}
     lacking = {target.name for target in targets if not target.exists()}
