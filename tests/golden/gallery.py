@@ -31,6 +31,7 @@ ROLLED: dict[str, Any] = {
 }
 LEVEL: dict[str, Any] = {"camera": {"position": [8.2, 2.0, 8.8], "yaw": 43.0, "fov_y": 46.0}}
 SHORE: dict[str, Any] = {"camera": {"eye": [7.0, 1.5, 7.4], "target": [3.4, -0.2, 3.4], "fov_y": 30}}
+BEACH: dict[str, Any] = {"camera": {"eye": [7.4, 1.5, 6.6], "target": [5.0, 0.0, 4.4], "fov_y": 30}}
 
 
 def water(technique: str, base: dict[str, Any] = LOW_EYE, /, **parameters: Any) -> dict[str, Any]:
@@ -39,9 +40,9 @@ def water(technique: str, base: dict[str, Any] = LOW_EYE, /, **parameters: Any) 
 
 
 PAIRS: dict[str, Picture] = {
-    "edges-cut": Picture("Lake water at a shore", water("lake", SHORE, wave_height=0.15, as_published=True)),
+    "edges-cut": Picture("Lake water at a shore", water("lake", BEACH, fresnel_mode=0, wave_height=0.2)),
     "edges-natural": Picture(
-        "Lake water with natural edges at a shore", water("lake_edges", SHORE, wave_height=0.15, as_published=True)
+        "Lake water with natural edges at a shore", water("lake_edges", BEACH, fresnel_mode=0, wave_height=0.2)
     ),
     "fresnel-0": Picture("Lake water, Fresnel mode 0", water("lake", fresnel_mode=0)),
     "fresnel-1": Picture("Lake water, Fresnel mode 1", water("lake", fresnel_mode=1)),

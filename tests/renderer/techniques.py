@@ -58,7 +58,7 @@ WAYS: dict[str, Ways] = {
         mirror={"fresnel_mode": 2, "draw_mode": 40.0},
         window={"draw_mode": 0.0},
         rough={"wave_height": 0.4},
-        guard=("water/lake.glsl", ("leaks = refracted.a < 0.5;", "leaks = false;")),
+        guard=("water/lake.glsl", ("if (refracted.a < 0.5)", "if (false)")),
     ),
     "lake_edges": Ways(
         still={**LAKE_STILL, "dull_blend_factor": 1.0, "tint": [1.0, 1.0, 1.0]},
