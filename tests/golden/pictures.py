@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from renderer.scene.catalogue import DEFAULT as DEFAULT_SCENE
+from renderer.scene.catalogue import SCENES
+from renderer.water.catalogue import DEFAULT as DEFAULT_TECHNIQUE
+from renderer.water.catalogue import TECHNIQUES
+
 SIZE: dict[str, Any] = {"width": 1280, "height": 720, "msaa": 4, "samples": 8, "format": "webp"}
 LOW_EYE: dict[str, Any] = {"camera": {"eye": [8.2, 2.0, 8.8], "target": [-2.0, 0.3, -3.0], "fov_y": 42}}
 
@@ -13,6 +18,21 @@ class Picture(NamedTuple):
 
     text: str
     request: dict[str, Any]
+
+    @property
+    def is_drawable(self) -> bool:
+        """Whether the catalogues have its scene and its technique."""
+        water = self.request.get("water", {})
+        technique = water if isinstance(water, str) else water.get("technique", DEFAULT_TECHNIQUE)
+        return technique in TECHNIQUES and self.request.get("scene", DEFAULT_SCENE) in SCENES
+
+
+class Page(NamedTuple):
+    """A page with pictures: where it lies, how large they are, and which they are."""
+
+    path: str
+    size: dict[str, Any]
+    pictures: dict[str, Picture]
 
 
 def side(azimuth: float) -> dict[str, Any]:

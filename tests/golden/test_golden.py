@@ -1,4 +1,7 @@
-"""Frames look as they did when they were last looked at: the README's views, small, and the tests' own world."""
+"""Frames look as they did when they were last looked at.
+
+The README's views, small; every technique in every scene; and the tests' own world.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ from typing import Any
 import pytest
 
 from renderer.request import FrameRequest
+from renderer.scene.catalogue import SCENES
+from renderer.water.catalogue import TECHNIQUES
 from tests.golden.comparing import FRAMES, PINNED, bless, compare, decide, forget, golden, read, report
 from tests.golden.pictures import PICTURES
 from tests.renderer.drawing import shared_renderer
@@ -22,7 +27,16 @@ WORLD: dict[str, dict[str, Any]] = {
         "fog": {"color": [0.1, 0.3, 0.25], "density": 0.08},
     },
 }
-CASES: dict[str, dict[str, Any]] = {**WORLD, **{name: picture.request for name, picture in PICTURES.items()}}
+EVERYWHERE: dict[str, dict[str, Any]] = {
+    f"{technique}-in-{scene}": {"scene": scene, "water": technique, "time": 2.0, "width": 640, "height": 360}
+    for scene in SCENES
+    for technique in TECHNIQUES
+}
+CASES: dict[str, dict[str, Any]] = {
+    **WORLD,
+    **EVERYWHERE,
+    **{name: picture.request for name, picture in PICTURES.items()},
+}
 
 
 @pytest.mark.golden

@@ -10,6 +10,7 @@ import pytest
 from renderer.pipeline import Renderer
 from renderer.scene.images import ImageLibrary, image_library
 from tests.renderer.drawing import shared_renderer
+from tests.renderer.techniques import telling_worlds
 from tests.renderer.world import registered
 
 
@@ -31,3 +32,10 @@ def images(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ImageLibrary:
     """This user's library of images, empty."""
     monkeypatch.setenv("MILLPOND_CACHE", str(tmp_path / "cache"))
     return image_library()
+
+
+@pytest.fixture(scope="module")
+def telling() -> Iterator[None]:
+    """The worlds that tell much stand in the catalogue: the pillar, the markers, the moved and mirrored ones."""
+    with telling_worlds():
+        yield

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from renderer.scene.images import ImageLibrary
 from renderer.water.luna import Luna
 from tests.reference import microfacet, normals, tonemap
+from tests.renderer import making_images
 from tests.renderer.drawing import (
     FLAT,
     GRAZING,
@@ -141,18 +143,29 @@ OTHER: dict[str, Any] = {
     "light_ambient": [0.2, 0.5, 0.9],
     "light_diffuse": [0.2, 0.5, 0.9],
     "light_specular": [0.1, 0.5, 0.9],
+    "depth_fade": 1.0,
+    "distance_fade": 0.2,
+    "displacement": 4.0,
+    "color_layers": [{"image": "silt", "opacity": 1.0}],
 }
+OWN_IMAGES = {"normal_map": 3, "bias_map": 1}
+"""Parameters that name an uploaded image, and its channels."""
 
 
-@pytest.mark.parametrize("name", sorted(set(Luna.model_fields) - {"technique"}))
-def test_every_parameter_changes_the_water_and_nothing_else(name: str) -> None:
+@pytest.mark.parametrize("name", sorted(set(Luna.model_fields) - {"technique", "as_published"}))
+def test_every_parameter_changes_the_water_and_nothing_else(name: str, images: ImageLibrary) -> None:
+    if name in OWN_IMAGES:
+        pixels = making_images.painted(channels=OWN_IMAGES[name])
+        other = images.put(making_images.file_of(pixels.squeeze()), name).id
+    else:
+        other = OTHER[name]
     glittering = {"direction": [-5.0, 4.0, -8.0], "shadows": False}
     view = {**PLAIN, "sun": glittering, "time": 2.0}
-    region = mask(time=2.0, water={name: OTHER[name]}) | mask(time=2.0)
-    plain, other = (picture(**view, water=water) for water in ({}, {name: OTHER[name]}))
+    region = mask(time=2.0, water={name: other}) | mask(time=2.0)
+    plain, changed = (picture(**view, water=water) for water in ({}, {name: other}))
 
-    assert furthest(plain, other, region) > 3
-    assert furthest(plain, other, ~region) == 0
+    assert furthest(plain, changed, region) > 3
+    assert furthest(plain, changed, ~region) == 0
 
 
 def test_the_figures_of_the_document_can_be_asked_for() -> None:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from renderer.camera import Camera, Lens, pose, rotation_from_angles
+from renderer.camera import Camera, Lens, pose
 from renderer.passes.mapping import map_look
 from renderer.passes.view import NO_CLIP
 from renderer.water.technique import MapSpec
 from tests.renderer.breaking import REFLECTION, Kind, change_reflection, shift_mirror
+from tests.renderer.coverage import loss
 from tests.renderer.drawing import MIRROR, asked, furthest, mask, picture
 from tests.renderer.world import LEVEL, RED
 
@@ -23,59 +24,25 @@ pytestmark = pytest.mark.usefixtures("world")
 # --------------------------------------------------------------------------------------------------------- T5: coverage
 
 
-def random_camera(rng: np.random.Generator, *, roll: float, pitch: float, is_centred: bool) -> Camera:
-    """Any camera above the water that may see it, off-axis too unless it is centred."""
-    turn = rotation_from_angles(rng.uniform(-180, 180), pitch, roll)
-    eye = np.array([rng.uniform(-50, 50), LEVEL + np.exp(rng.uniform(-3, 3)), rng.uniform(-50, 50)])
-    focal = rng.uniform(40, 400)
-    cx, cy = (80, 45) if is_centred else (rng.uniform(-40, 200), rng.uniform(-40, 130))
-    lens = Lens(focal, focal * rng.uniform(0.8, 1.25), cx, cy)
-    return Camera(pose(turn, eye), lens, 160, 90)
-
-
-def outside(spec: MapSpec, camera: Camera, rng: np.random.Generator) -> tuple[int, int]:
-    """How many of the water's pixels read the map outside [0, 1], and how many pixels of water there are."""
-    ndc = rng.uniform(-1, 1, (64, 2))
-    rays = np.c_[ndc, np.ones(64), np.zeros(64)] @ camera.ray_from_ndc.T
-    eye = camera.world_from_camera[:3, 3]
-    with np.errstate(divide="ignore"):
-        reach = (LEVEL - eye[1]) / rays[:, 1]
-    water = eye + rays[:, :3] * np.where(np.isfinite(reach), reach, 0)[:, None]
-    water = water[(reach > 0.02) & (reach < 1e5)]
-    clip = np.c_[water, np.ones(len(water))] @ map_look(spec, camera, LEVEL).camera.clip_from_world.T
-    place = 0.5 * clip[:, :2] / clip[:, 3:] + 0.5
-    is_out = (place < -1e-6) | (place > 1 + 1e-6) | (clip[:, 3:] <= 0)
-    return int(is_out.any(axis=1).sum()), len(water)
-
-
-def loss(kind: Kind, *, roll: float = 0.0, pitch: float = 0.0, count: int = 200, is_centred: bool = True) -> float:
-    """The share of the water's pixels that such a map cannot answer, over random cameras of up to these angles."""
-    rng = np.random.default_rng(5)
-    lost = seen = 0
-    for _ in range(count):
-        camera = random_camera(
-            rng, roll=rng.uniform(-roll, roll), pitch=rng.uniform(-pitch, pitch), is_centred=is_centred
-        )
-        out, of = outside(replace(REFLECTION, camera=kind), camera, rng)
-        lost, seen = lost + out, seen + of
-    assert seen > 10 * count
-    return lost / seen
+def lost(kind: Kind, **angles: Any) -> float:
+    """The share of the water's pixels that a map by such a camera cannot answer."""
+    return loss(replace(REFLECTION, camera=kind), **angles)
 
 
 @pytest.mark.parametrize("kind", ["mirror", "direct"])
 def test_no_sample_of_flat_water_leaves_a_map_for_a_thousand_cameras(kind: Kind) -> None:
-    assert loss(kind, roll=180, pitch=85, count=1000, is_centred=False) == 0
+    assert lost(kind, roll=180, pitch=85, count=1000, is_centred=False) == 0
 
 
 def test_the_look_at_mirror_loses_pixels_under_roll_and_off_its_axis() -> None:
-    assert loss("look_at", pitch=15) < 1e-9, "upright and centred it is right"
-    assert loss("look_at", pitch=15, roll=15) > 0.03
-    assert loss("look_at", pitch=15, is_centred=False) > 0.1
+    assert lost("look_at", pitch=15) < 1e-9, "upright and centred it is right"
+    assert lost("look_at", pitch=15, roll=15) > 0.03
+    assert lost("look_at", pitch=15, is_centred=False) > 0.1
 
 
 def test_the_yaw_only_mirror_loses_pixels_under_pitch() -> None:
-    assert loss("yaw_only") < 1e-9, "level it is right"
-    assert loss("yaw_only", pitch=15) > 0.1
+    assert lost("yaw_only") < 1e-9, "level it is right"
+    assert lost("yaw_only", pitch=15) > 0.1
 
 
 # ------------------------------------------------------------------------------------------------ T6, T7: clip and bias
