@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self, get_args
 
 import rfc8785
@@ -146,7 +147,7 @@ class FrameRequest(Declaration):
 
     def canonical(self) -> bytes:
         """The resolved request as RFC 8785 JSON: equal meanings, equal bytes."""
-        return rfc8785.dumps(_plain_zero(self.model_dump(mode="json")))
+        return _canonical(self)
 
     def key(self) -> str:
         """The frame's key: SHA-256, 64 hex digits, of request, sources and dependencies."""
@@ -192,6 +193,12 @@ class FrameRequest(Declaration):
             )
             for i, view in enumerate(views)
         ]
+
+
+@lru_cache(maxsize=256)
+def _canonical(request: FrameRequest) -> bytes:
+    """Remembered, since key, task and headers each ask for it; equal requests have equal bytes, with -0 and 0 too."""
+    return rfc8785.dumps(_plain_zero(request.model_dump(mode="json")))
 
 
 def invalid(error: ValidationError, prefix: str = "", given: Any = None) -> InvalidRequest:

@@ -14,7 +14,6 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import count
@@ -82,7 +81,6 @@ class LocalArtifacts:
         self._temporary.mkdir(parents=True, exist_ok=True)
         self._serial = count()
         self._lock = threading.Lock()
-        self._hasher = ThreadPoolExecutor(1, thread_name_prefix="hash")
         self._used: int | None = None
         if budget is not None:
             self._drop_stale()
@@ -94,27 +92,30 @@ class LocalArtifacts:
 
     def put(self, name: str, data: bytes) -> Artifact:
         """Store the bytes; what is there already and sound stays. Raises ``StoreUnavailable``."""
-        digest = self._hasher.submit(lambda: hashlib.sha256(data).hexdigest())  # beside the disk's work, not before it
-        with self.writing(name, digest.result) as path:
-            path.write_bytes(data)
-        artifact = self.find(name)
-        if artifact is None:
-            raise ArtifactMissing(name)
-        return artifact
+        digest = hashlib.sha256(data).hexdigest()
+        with self._passing_file(name) as path:
+            with path.open("wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            return self._commit(name, digest, path)
 
     @contextmanager
-    def writing(self, name: str, digest: Callable[[], str] | None = None) -> Iterator[Path]:
+    def writing(self, name: str) -> Iterator[Path]:
         """A temporary file to write; on leaving it becomes the artifact, unless an exception leaves.
 
-        ``digest`` gives its SHA-256 in hex, where the writer knows it. Raises ``StoreUnavailable`` where the disk is
-        full or read-only.
+        Raises ``StoreUnavailable`` where the disk is full or read-only.
         """
+        with self._passing_file(name) as path:
+            yield path
+            self._commit(name, _synced(path), path)
+
+    @contextmanager
+    def _passing_file(self, name: str) -> Iterator[Path]:
         _check(name)
         path = self._temporary / f"{name}.{os.getpid()}.{threading.get_ident()}.{next(self._serial)}"
         try:
             yield path
-            found = _synced(path, hashes=digest is None)
-            self._commit(name, digest() if digest else found, path)
         except OSError as error:
             if error.errno in _FULL:
                 message = f"The artifacts can't be written: {error.strerror}."
@@ -231,19 +232,20 @@ class LocalArtifacts:
                         found.append((facts.st_ctime, artifact))
         return [artifact for _, artifact in sorted(found, key=lambda item: (item[0], item[1].digest))]
 
-    def _commit(self, name: str, digest: str, path: Path) -> None:
+    def _commit(self, name: str, digest: str, path: Path) -> Artifact:
         there = self.find(name)
         if there is not None and there.digest != digest and (there := self.verified(name)) is not None:
             # The promise is one key, one picture: the first one stands, and the log tells of the second.
             log.error("artifact %s was made again with other bytes: %s, not %s", name, digest, there.digest)
-            return
+            return there
         shard = self._root / name[:2]
         shard.mkdir(exist_ok=True)
-        size = path.stat().st_size
-        path.rename(shard / f"{name}.{digest}")
+        stored = Artifact(name, digest, path.stat().st_size, shard / f"{name}.{digest}")
+        path.rename(stored.path)
         _sync_folder(shard)
         if there is None:
-            self.grew(size)
+            self.grew(stored.size)
+        return stored
 
     def _touch(self, artifact: Artifact) -> None:
         """Remember the use: the time of modification is the time of last use here."""
@@ -266,10 +268,10 @@ def _check(name: str) -> None:
         raise ValueError(f"not an artifact's name: {name!r}")
 
 
-def _synced(path: Path, *, hashes: bool) -> str:
-    """The file's digest, or "" where nobody asks for it, once its bytes are on the disk."""
+def _synced(path: Path) -> str:
+    """The file's digest, once its bytes are on the disk."""
     with path.open("rb+") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest() if hashes else ""
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
         os.fsync(file.fileno())
     return digest
 

@@ -189,8 +189,8 @@ def canary_request() -> FrameRequest:
     """The frame by which a worker shows that it can draw: every pass, but a soft picture.
 
     It looks down on open water. Leaves and edges would turn a processor's last bit into whole steps of a pixel this
-    large, and a sound machine would look broken. Sun and sky are the scene's own: a worker that has sung has baked the sky
-    of the commonest frames.
+    large, and a sound machine would look broken. Sun and sky are the scene's own: who has sung has baked
+    the sky of the commonest frames.
     """
     camera = {"eye": [0.0, 3.0, 1.0], "target": [0.0, 0.0, -0.5], "fov_y": 24}
     return FrameRequest.parse(

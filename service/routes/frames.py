@@ -27,6 +27,8 @@ from service.routes.reading import (
 from service.routes.waiting import fingerprint, while_connected
 
 LOG = logging.getLogger("millpond.frame")
+HEAD_START = 0.005
+"""Seconds in which a frame goes off to its worker, before this process writes the headers beside the drawing."""
 router = APIRouter(tags=["frames"])
 
 
@@ -71,7 +73,7 @@ async def post_frame(request: Request) -> Response:
     marks = await fingerprint(parts)
     drawing = asyncio.ensure_future(_stored(request, frame))
     try:
-        await asyncio.sleep(0)  # the frame is on its way to a worker while the headers are written
+        await asyncio.wait({drawing}, timeout=HEAD_START)
         key = frame.key()
         headers = {**identity(frame, key, f'"{artifact_name(key, marks)}"', marks), **caching(parts.settings)}
         return _answer(await drawing, headers)
