@@ -14,9 +14,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator
+from pydantic_core import PydanticCustomError
 
 from renderer.scene.image_files import Pixels
-from renderer.scene.images import ImageLibrary, ImageReference, image_library
+from renderer.scene.images import IMAGE_ID, ImageLibrary, ImageReference, image_library
 from renderer.scene.material import Texture
 from renderer.units import linear_from_srgb
 
@@ -28,6 +30,18 @@ LOWEST_UP = 0.1
 """The least of a normal's part along +y: slopes end at ±10."""
 SCALED_OF_BYTE = np.array([65535 * linear_from_srgb(byte / 255) for byte in range(256)], np.float32)
 """sRGB bytes as linear fractions of 65535."""
+
+
+def image_name(kind: str, built_in: tuple[str, ...]) -> AfterValidator:
+    """The check that a text is one of these names, or may be the id of an image of this kind."""
+
+    def check(name: str) -> str:
+        if name not in built_in and not IMAGE_ID.match(name):
+            bound = " or ".join([*map(repr, built_in), f"the id of an uploaded {kind} (64 hex digits)"])
+            raise PydanticCustomError("image_name", "no image has this name", {"bound": bound})
+        return name
+
+    return AfterValidator(check)
 
 
 def image_texture(reference: ImageReference) -> Texture:

@@ -12,30 +12,17 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BeforeValidator, Field
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, Field
 
 from renderer.blocks import Declaration
-from renderer.scene.images import IMAGE_ID, ImageReference
+from renderer.scene.images import ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Length, Number, Vec2
-from renderer.water.image_maps import image_texture, premultiplied
+from renderer.water.image_maps import image_name, image_texture, premultiplied
 
 Floats = NDArray[np.float64]
 SIZE = 512
 """Texels a side of the layers that are made here."""
-
-
-def image_name(kind: str, built_in: tuple[str, ...]) -> AfterValidator:
-    """The check that a text is one of these names, or may be the id of an image of this kind."""
-
-    def check(name: str) -> str:
-        if name not in built_in and not IMAGE_ID.match(name):
-            bound = " or ".join([*map(repr, built_in), f"the id of an uploaded {kind} (64 hex digits)"])
-            raise PydanticCustomError("image_name", "no image has this name", {"bound": bound})
-        return name
-
-    return AfterValidator(check)
 
 
 def _algae(rng: np.random.Generator) -> Floats:

@@ -5,21 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from renderer.blocks import Block
+from renderer.scene.images import ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Angle, Color, Direction, Length, Number, Unit, Vec2, Vec4, linear_from_srgb, srgb_from_linear
+from renderer.water.image_maps import image_name, image_texture
 from renderer.water.normal_maps import ripple_slopes
 from renderer.water.scroll import Scroll
 from renderer.water.technique import MapSpec, PublishedTechnique
 
 WIND_SPEED = 0.01
 """Tiles per second that a wind force of 1 moves the bump map: the document divides milliseconds by 100,000."""
+RIPPLES = "ripples"
 MAP_SIZE = (512, 512)
 """Pixels of the document's maps, whatever the picture's size."""
 
@@ -43,6 +46,8 @@ class LakeWaves(PublishedTechnique):
     """xDrawMode: factor on the Fresnel term before it is cut to 0..1; 0 refracts everything."""
     wave_length: Number = Field(0.1, ge=1e-4, le=100.0)
     """xWaveLength: side of the bump map's tile as a share of the plane's sides."""
+    normal_map: Annotated[str, image_name("normal_map", (RIPPLES,))] = RIPPLES
+    """The bump map: random waves (`ripples`), or the id of an uploaded `normal_map`, whose top is north."""
     wave_height: Number = Field(0.07, ge=0.0, le=2.0)
     """xWaveHeight: a bump of full tilt moves the maps' coordinates by half of this; 0 is flat."""
     wind_force: Number = Field(20.0, ge=-1e4, le=1e4)
@@ -114,9 +119,14 @@ class LakeWaves(PublishedTechnique):
             names.append("TWO_PHASES")
         return tuple(names)
 
+    def images(self) -> Mapping[str, ImageReference]:
+        """The bump map, where it is a user's own."""
+        return {} if self.normal_map == RIPPLES else {"normal_map": ImageReference(self.normal_map, "normal_map")}
+
     def textures(self, seed: int) -> Mapping[str, Texture]:
         """The slopes of the bump map; as published its every second tile is mirrored."""
-        slopes = ripple_slopes(seed)
+        own = self.images().get("normal_map")
+        slopes = ripple_slopes(seed) if own is None else image_texture(own)
         if self.as_published:
             slopes = replace(slopes, name=f"{slopes.name} mirrored", wrap="mirror")
         return {"bump_map": slopes}

@@ -11,8 +11,8 @@ from renderer.blocks import Block
 from renderer.scene.images import ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Color, Length, Number, Unit, Vec2, Vec4, as_tuple
-from renderer.water.image_maps import image_texture
-from renderer.water.impurities import ColorLayer, NamedLayer, image_name
+from renderer.water.image_maps import image_name, image_texture
+from renderer.water.impurities import ColorLayer, NamedLayer
 from renderer.water.normal_maps import ripple_heights, ripple_slopes
 from renderer.water.scroll import Scroll
 from renderer.water.technique import MapSpec, PublishedTechnique

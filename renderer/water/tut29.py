@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from renderer.blocks import Block
+from renderer.scene.images import IMAGE_ID, ImageReference
 from renderer.scene.material import Texture
 from renderer.units import Length, Number, Unit, Vec4
 from renderer.water.cloud_ripples import cloud_ripple_slopes
+from renderer.water.image_maps import image_name, image_texture
 from renderer.water.normal_maps import ripple_slopes
 from renderer.water.scroll import Scroll
 from renderer.water.technique import MapSpec, PublishedTechnique
@@ -50,8 +53,9 @@ class Tut29(PublishedTechnique):
     """Share of the refraction in the picture, at every angle; the rest is reflection."""
     tiling: Number = Field(1.0, ge=1e-2, le=1e3)
     """Tiles of the normal map along each side of the water's rectangle."""
-    normal_map: Literal["clouds", "waves", "flat"] = "clouds"
-    """The ripples: rippled clouds by the document's recipe, random waves, or none."""
+    normal_map: Annotated[str, image_name("normal_map", ("clouds", "waves", "flat"))] = "clouds"
+    """The ripples: rippled clouds by the document's recipe, random waves, none; or the id of an uploaded `normal_map`,
+    whose top is north."""
     frame_rate: Number = Field(60.0, ge=0.0, le=1e4, json_schema_extra={"x-unit": "1/s"})
     """Frames per second by which the document's count of frames is kept: each moves the map by 0.001 tile; 0 stops."""
     clip_bias: Length = Field(0.1, ge=0.0, le=10.0)
@@ -87,6 +91,11 @@ class Tut29(PublishedTechnique):
         """The document's maps are read without a look at what they hold, and two phases where a period asks for it."""
         published = ("AS_PUBLISHED",) if self.as_published else ()
         return (*published, "TWO_PHASES") if needs_blend(self.frame_rate, period) else published
+
+    def images(self) -> Mapping[str, ImageReference]:
+        """The normal map, where it is a user's own."""
+        own = self.normal_map
+        return {"normal_map": ImageReference(own, "normal_map")} if IMAGE_ID.match(own) else {}
 
     def textures(self, seed: int) -> Mapping[str, Texture]:
         """The normal map."""
@@ -137,6 +146,12 @@ def _phase(index: int) -> float:
 @lru_cache(maxsize=8)
 def normal_map(name: str, seed: int) -> Texture:
     """A map's normals along u and v, encoded as (n + 1) / 2 in halves: 0.5 is flat, exactly. Float16 (n, n, 2)."""
-    slopes = SLOPES[name](seed).image.astype(np.float64) if name in SLOPES else np.zeros((4, 4, 2))
+    slopes = _slopes(name, seed).astype(np.float32)
     n = -slopes / np.sqrt(1 + (slopes**2).sum(axis=-1, keepdims=True))
     return Texture(f"normals_{name}_{seed}", (0.5 + 0.5 * n).astype(np.float16), wrap="repeat")
+
+
+def _slopes(name: str, seed: int) -> NDArray[Any]:
+    if IMAGE_ID.match(name):
+        return image_texture(ImageReference(name, "normal_map")).image
+    return SLOPES[name](seed).image if name in SLOPES else np.zeros((4, 4, 2))
