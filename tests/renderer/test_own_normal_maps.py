@@ -27,7 +27,7 @@ UNLIT: dict[str, dict[str, Any]] = {"lake": {"spec_alpha": 0.0}, "lake_edges": {
 
 
 def test_every_document_takes_one() -> None:
-    assert TAKING == sorted(FLAT)
+    assert sorted(FLAT) == TAKING
 
 
 @pytest.mark.parametrize("technique", TAKING)
@@ -41,11 +41,11 @@ def test_a_map_painted_flat_is_flat_water(technique: str, images: ImageLibrary) 
 @pytest.mark.parametrize("technique", TAKING)
 def test_one_tilt_is_seen_and_goes_the_way_it_points(technique: str, images: ImageLibrary) -> None:
     east, west = (images.put(file_of(even(128 + tilt, 128, 240)), "normal_map").id for tilt in (40, -40))
-    pictures = [picture(water={"technique": technique, "normal_map": name}) for name in (east, west)]
+    first, second = (picture(water={"technique": technique, "normal_map": name}) for name in (east, west))
     region = mask(water={"technique": technique, "normal_map": east})
 
-    assert furthest(*pictures, region) > 5
-    assert np.array_equal(pictures[0][~region], pictures[1][~region])
+    assert furthest(first, second, region) > 5
+    assert np.array_equal(first[~region], second[~region])
 
 
 @pytest.mark.usefixtures("images")
