@@ -137,6 +137,7 @@ def _open(require: Require) -> moderngl.Context:
     """The best device that meets the demand: every one is tried, hardware before software."""
     failures: list[str] = []
     software: moderngl.Context | None = None
+    _THREAD.device = None  # each context takes the thread as it is made, also one that is then refused
     for index in range(MAX_DEVICES):
         try:
             context = moderngl.create_context(OPENGL, standalone=True, **device_settings(index))

@@ -78,17 +78,13 @@ class Uniforms:
         device.check_thread()
         self.device = device
         self._name = block.glsl_name()
-        self._bytes = block.pack()
-        self._buffer = device.context.buffer(self._bytes)
+        self._buffer = device.context.buffer(block.pack())
         device.live += 1
 
     def write(self, block: Block) -> None:
-        """Replace the values."""
-        data = block.pack()
-        if data != self._bytes:
-            self._buffer.orphan()
-            self._buffer.write(data)
-            self._bytes = data
+        """Replace the values: always, so that no frame rests on what an earlier one is believed to have written."""
+        self._buffer.orphan()
+        self._buffer.write(block.pack())
 
     def bind(self) -> None:
         """Let every program read these values under the block's name."""
